@@ -1,11 +1,11 @@
 //! Reads the bytes of a file or of a pipe, up to a maximum.
 //!
-//! A regular file is read to the length that it had when it was opened. Bytes that a recorder appends later are not read. If the
-//! file was overwritten during the read, the last read fails, because the bytes are a mixture of two versions. A file counts as
-//! overwritten in three cases: it has become shorter; it has the same length and another modification time; or it has become
-//! longer and its first or last `COMPARED_BYTES`, which are read again, differ. A file with an index at its end is read in
-//! blocks; the same check is made after the last block. A pipe has no length. It is read to its end, up to the maximum of its
-//! reader.
+//! A regular file is read to the length that it had when it was opened. Bytes that a recorder appends later are not read. If
+//! the file was overwritten during the read, the last read fails, because the bytes are a mixture of two versions. A file
+//! counts as overwritten in three cases: it has become shorter; it has the same length and another modification time; or it has
+//! become longer and its first or last `COMPARED_BYTES`, which are read again, differ. A file with an index at its end is read
+//! in blocks; the same check is made after the last block. A pipe has no length, so a pipe is read to its end, up to the
+//! maximum of its reader.
 
 use std::fs::{File, Metadata};
 use std::io::{self, Read, Seek, SeekFrom};

@@ -6,10 +6,10 @@
 //! an estimate with its evidence), [`plot_data`] (data of plots of logs and estimates), [`spectrum`] (identification from the
 //! experiments of a plan). A triangle is the R of a QR decomposition.
 //!
-//! It depends on the linear model, the numerics, experiments, robots and logs.
+//! This crate depends on the linear model, the numerics, experiments, robots and logs.
 //!
 //! Not here: the model tau = Y X (`linear_model`); triangles and transforms (`numerics`); motions, plans and simulation
-//! (`experiments`); changes of descriptions (`rist`). It uses no symbolic expressions.
+//! (`experiments`); changes of descriptions (`rist`). This crate uses no symbolic expressions.
 
 #![warn(missing_docs)]
 

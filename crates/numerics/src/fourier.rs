@@ -190,8 +190,8 @@ pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
         }
         sum.iter_mut().zip(block.iter().zip(&longer)).for_each(|(sum, (a, b))| *sum += a * b.conj());
     }
-    // The first and the last bin are real. Their imaginary parts from rounding are set to zero, because the inverse transform
-    // rejects them.
+    // The first and the last bin are real. Imaginary parts that rounding causes in these bins are set to zero, because the
+    // inverse transform rejects them.
     for end in [0, n / 2] {
         sum[end].im = 0.0;
     }
@@ -298,8 +298,8 @@ mod tests {
         }
         // 3500 degrees of freedom: five standard errors are 6 %.
         assert!((scatter(&x, 500) / 0.1 - 1.0).abs() < 0.06);
-        // 49 harmonics of eight periods have 686 degrees of freedom: five standard errors are 13 %. The added wave of amplitude 1
-        // has a higher frequency than these harmonics. It counts in `scatter`, but hardly in `scatter_of_harmonics`.
+        // 49 harmonics of eight periods have 686 degrees of freedom: five standard errors are 13 %. The added wave of amplitude
+        // 1 has a higher frequency than these harmonics. The wave counts in `scatter`, but hardly in `scatter_of_harmonics`.
         assert!((scatter_of_harmonics(&x, 500, 49) / 0.1 - 1.0).abs() < 0.13);
         let chatter = |(i, x): (usize, &f64)| x + (i as f64 * std::f64::consts::TAU / 500.0 * 120.37).cos();
         let chattering: Vec<f64> = x.iter().enumerate().map(chatter).collect();

@@ -5,8 +5,8 @@
 //! at most the tolerance. The smallest value is found in the same manner (branch and bound in a fixed order). The known values
 //! are proven by enclosures at single instants.
 //!
-//! Often it is enough to know that functions stay within bounds. This is proven first, with its own number of enclosures,
-//! because the exact range may need too many enclosures.
+//! Often it is enough to know that functions stay within bounds. These bounds are proven first, with a separate maximum number
+//! of enclosures, because the exact range may need too many enclosures.
 
 use crate::interruption::Interruption;
 use crate::interval::Interval;
@@ -38,8 +38,8 @@ pub struct Range {
 pub struct RangeGoal {
     /// Largest allowed distance between the proven bound and the reached value, in the unit of the function.
     pub tolerance: f64,
-    /// The search for a function may end when it is proven to stay between -`enough` and `enough`. Minus infinity: its range is
-    /// always searched.
+    /// The search for a function may end when the function is proven to stay between -`enough` and `enough`. Minus infinity:
+    /// the range of the function is always searched.
     pub enough: f64,
 }
 

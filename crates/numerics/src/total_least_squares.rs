@@ -17,8 +17,8 @@ use crate::triangle::{Triangle, select};
 pub struct TotalLeastSquares {
     /// The parameters, in the order of the columns of the triangle.
     pub x: Vec<f64>,
-    /// Singular values of the noisy columns with the right-hand side, largest first. The last value comes from the noise. If it
-    /// is not much smaller than the value before it, the solution is meaningless.
+    /// Singular values of the noisy columns with the right-hand side, largest first. The last value comes from the noise. If
+    /// the last value is not much smaller than the last but one, the solution is meaningless.
     pub singular_values: Vec<f64>,
 }
 /// If the entry of the last singular vector that belongs to the right-hand side is below this value, the data do not determine

@@ -229,7 +229,7 @@ impl Triangle {
         block.rows = 0;
     }
 
-    /// The triangle of the rows of all triangles `parts`, each with `p` columns.
+    /// The triangle of all rows that were folded into the triangles `parts`. Each triangle has `p` columns.
     pub fn sum<'a>(p: usize, parts: impl IntoIterator<Item = &'a Triangle>) -> Triangle {
         let mut sum = Triangle::new(p);
         parts.into_iter().for_each(|part| sum.merge(part, 1.0));

@@ -20,8 +20,8 @@ const SIGNIFICANT_SIGMAS: f64 = 3.0;
 /// Half width of the interval of a parameter, in standard deviations.
 const BOUND_SIGMAS: f64 = 2.0;
 
-/// A sentence that friction is not in the torques of some joints; `None` if it is in all of them, or if no friction was fitted.
-/// `speeds`: largest speed of each coordinate, rad/s (m/s).
+/// A sentence that friction is not in the torques of some joints; `None` if all torques contain friction, or if no friction was
+/// fitted. `speeds`: largest speed of each coordinate, rad/s (m/s).
 pub fn absent_friction(estimate: &Estimate, speeds: &[f64]) -> Option<String> {
     let bound = |k: usize| {
         let name = &estimate.joints[k].coordinate;

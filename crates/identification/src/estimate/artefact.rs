@@ -96,7 +96,8 @@ pub struct Estimate {
     /// after rist wrote it.
     #[serde(skip)]
     pub checksum: Checksum,
-    /// Number of parameters. It is the last line of the file, so a file without this line was cut short. `None` in memory.
+    /// Number of parameters. This entry is the last line of the file, so a file without this line was cut short. `None` in
+    /// memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parameter_count: Option<usize>,
 }

@@ -5,10 +5,10 @@
 //! data is divided by a discount: the median over the parameters of (sigma / white sigma)^2. White sigma: standard deviation for
 //! white noise. The discount lowers the weight of the data compared with the prior.
 //!
-//! A prior about zero bounds friction parameters that the motion does not identify. Its standard deviation is max|tau_j| for
-//! parameters of joint j in the unit of torque (Coulomb friction, offset), and max|tau_j| / (largest speed of all joints) for
-//! viscous friction. The offset of a joint that carries the same weight in every pose is fixed to zero, because no motion
-//! separates weight and offset.
+//! A prior about zero bounds friction parameters that the motion does not identify. The standard deviation of this prior is
+//! max|tau_j| for parameters of joint j in the unit of torque (Coulomb friction, offset), and max|tau_j| / (largest speed of
+//! all joints) for viscous friction. The offset of a joint that carries the same weight in every pose is fixed to zero, because
+//! no motion separates weight and offset.
 
 use std::cell::Cell;
 

@@ -54,8 +54,8 @@ fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<V
     predicted_from_others(model, &tenths, &weights, |rest| least_squares(rest, &whole.x))
 }
 
-/// Least-squares solution of `rest`, the rows of the record without one block. It is weakly regularised towards `whole`, the
-/// solution of the whole record.
+/// Least-squares solution of `rest`, the rows of the record without one block. The solution is weakly regularised towards
+/// `whole`, the solution of the whole record.
 pub(crate) fn least_squares(mut rest: Triangle, whole: &[f64]) -> Vec<f64> {
     rest.merge(&held(&rest, whole), 1.0);
     rest.solution()

@@ -371,7 +371,7 @@ pub struct FitPoint<'a> {
     pub x: &'a [f64],
     /// Weights of the rows by joint, one per coordinate.
     pub weights: &'a [f64],
-    /// Robust weights of rows by their residual; `None` if all rows have equal weight.
+    /// Robust weights: the weight of a row depends on its residual. `None` if all rows have equal weight.
     pub robust: Option<&'a Robust>,
 }
 

@@ -91,7 +91,7 @@ mod tests {
         for columns in [&[(5, 1.0)][..], &[(9, 1.0)], &[(5, 1.0), (6, 2.0), (9, 1.0)], &[(0, 1.0), (3, 1.0), (1, 1.9)]]
         {
             let (is_certain, least) = of(columns);
-            // The smallest value belongs to a point mass on the axis. It is zero, up to rounding.
+            // The smallest value belongs to a point mass on the axis. This value is zero, up to rounding.
             assert!(is_certain && least > -1e-12, "{columns:?}: {least}");
         }
         for columns in [&[(0, 1.0), (3, -1.0)][..], &[(6, 1.0)], &[(5, 1.0), (6, 2.1), (9, 1.0)], &[(4, 1.0)]] {

@@ -1,7 +1,7 @@
 //! Chooses friction terms of single joints by forward selection with cross-validation.
 //!
 //! Candidates for a joint are friction that grows with the load, Stribeck friction that decays over 5 or 15 % of the joint's
-//! largest speed, viscous asymmetry, and friction proportional to the root of the speed. They are added one by one to the
+//! largest speed, viscous asymmetry, and friction proportional to the root of the speed. Candidates are added one by one to the
 //! friction terms that every joint has. In cross-validation, each tenth k of the records is predicted from the other tenths.
 //! W_k, y_k: weighted rows and torques of tenth k; x_k: the parameters fitted to all other tenths. The squared error is
 //!
@@ -42,7 +42,7 @@ const FOLD_REGULARISATION_SHARE: f64 = 1e-6;
 /// parameters near zero.
 const WHOLE_REGULARISATION_SHARE: f64 = 1e-12;
 
-/// A friction term that was added, and the error of cross-validation with it.
+/// A friction term that was added, and the error of cross-validation with this term.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TakenTerm {
     /// The friction term.

@@ -1,5 +1,5 @@
-//! The options of an identification: columns of the log, transmission, filters, friction terms, weights of the rows. They are
-//! read from the YAML file that is given by `--options`.
+//! The options of an identification: columns of the log, transmission, filters, friction terms, weights of the rows. The
+//! options are read from the YAML file that is given by `--options`.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;

@@ -1,7 +1,7 @@
 //! Makes the remarks of an estimate: sentences on parameters that are not identifiable, and on joints that move too little.
 //!
-//! A direction is a combination of parameters. It is not identifiable if the torques do not depend on it: W v = 0 for the
-//! direction v and the regressor W. The condition number is computed from the columns of W scaled to unit norm.
+//! A direction v is a combination of parameters. The direction is not identifiable if the torques do not change along v: W v =
+//! 0 with the regressor W. The condition number is computed from the columns of W scaled to unit norm.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::Parameter;

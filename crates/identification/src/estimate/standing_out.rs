@@ -48,8 +48,8 @@ impl StandingOut {
         )
     }
 
-    /// The interval whose rows a contact may change, s. It is longer than the found interval by the window of the moving mean
-    /// at both ends.
+    /// The interval whose rows a contact may change, s. At both ends, this interval is longer than the found interval by the
+    /// window of the moving mean.
     pub fn reach(&self) -> [f64; 2] {
         [self.from - WINDOW_S, self.to + WINDOW_S]
     }
@@ -57,8 +57,8 @@ impl StandingOut {
 
 /// Length of the window of the moving mean, s.
 const WINDOW_S: f64 = 0.2;
-/// Least duration of a reported interval, s. It is longer than the window, because a reversal makes the moving mean an
-/// outlier for the length of the window.
+/// Least duration of a reported interval, s. This duration is longer than the window, because a reversal makes the moving mean
+/// an outlier for the length of the window.
 const LEAST_CONTACT_S: f64 = 1.5 * WINDOW_S;
 /// Least number of samples in a window of the moving mean.
 const LEAST_WINDOW_SAMPLES: usize = 5;

@@ -13,9 +13,9 @@
 //! The relative error is large for a motion that needs little torque. So about twenty motions are drawn at random, each over
 //! half of each joint's range, and the result is the 90 % quantile of e over these motions.
 //!
-//! For gravity compensation, the torques are those of gravity at rest, without friction. Joints with a vertical axis have no
-//! gravity torque. So the error is divided by the rms gravity torque, but by at least `GRAVITY_REFERENCE_SHARE` times the torque
-//! of motion.
+//! For gravity compensation, the torques are the gravity torques at rest, without friction. Joints with a vertical axis have no
+//! gravity torque. So the error is divided by the rms gravity torque, but by at least `GRAVITY_REFERENCE_SHARE` times the
+//! torque of motion.
 //!
 //! Errors of the model are not included, since the covariance does not contain them.
 

@@ -3,10 +3,10 @@
 //! minimise  1/2 |A y - z|^2  +  w/2 sum_i (y_i / sd_i)^2
 //!           + gamma [sum_j (tr P_j - log det P_j - 4) + sum_k (y_k - log y_k - 1)],   w = min(gamma / gamma_0, 1)
 //!
-//! A, z: rows and right-hand side of the weighted data. y: the unknowns. They are the pseudo-inertias P_j of the bodies and
-//! the rotor inertias y_k, both relative to reference values, and the friction parameters y_i. sd_i: standard deviation of the
-//! prior of y_i. gamma: weight of the barrier; gamma_0: full weight of the prior. Each Newton step has a line search that
-//! stays in the cone. The module `consistent` makes A, z and the reference values.
+//! A, z: rows and right-hand side of the weighted data. y: the unknowns, that is, the pseudo-inertias P_j of the bodies and the
+//! rotor inertias y_k, both relative to reference values, and the friction parameters y_i. sd_i: standard deviation of the
+//! prior of y_i. gamma: weight of the barrier; gamma_0: full weight of the prior. Each Newton step has a line search that stays
+//! in the cone. The module `consistent` makes A, z and the reference values.
 //!
 //! The suboptimality bound limits chi^2(y)/2 - chi^2(x)/2, where y is the solution and x is any other point. The bound holds
 //! because chi^2 is convex, and because the gradient of the minimised function is zero at y. Let t be the sum of traces
@@ -14,8 +14,8 @@
 //!
 //! chi^2(y)/2 - chi^2(x)/2 <= gamma (4 bodies + rotors + t(x) - t(y)) + w sum_i y_i (x_i - y_i) / sd_i^2
 //!
-//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]. It is evaluated for the worst x that is up to `LARGEST_BOUNDED_RATIO` times as
-//! large as y.
+//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]. The bound is evaluated for the worst x that is up to `LARGEST_BOUNDED_RATIO`
+//! times as large as y.
 //!
 //! chi^2 is computed from the residual and not as 1/2 y'A'A y - z'A y + c. If the torques are a thousand times larger than their
 //! noise, the rounding of these three terms is a ten-thousandth of a nat, and a line search cannot find a descent.
@@ -49,7 +49,8 @@ const SHORTEST_STEP: f64 = 5e-11;
 /// If the line search finds no descent, the iteration still counts as converged if the squared Newton decrement divided by the
 /// objective is below this value.
 const STALLED_DECREMENT_SHARE: f64 = 1e-9;
-/// Ridges that are added to the Hessian of unit diagonal. They are tried in this order until the Hessian is positive definite.
+/// Ridges that are added to the Hessian of unit diagonal. The ridges are tried in this order until the Hessian is positive
+/// definite.
 const RELATIVE_RIDGES: [f64; 4] = [0.0, 1e-14, 1e-12, 1e-10];
 
 /// The suboptimality bound holds for bodies up to this size: the traces of their pseudo-inertias are at most this many times

@@ -5,10 +5,10 @@
 //!
 //! R, z: the triangle of the data, whitened (residual of unit variance); phi: standard parameters (ten of each body); X = B
 //! phi: base parameters; f: friction; P_j: pseudo-inertia of body j, P0_j: pseudo-inertia of its reference body; IA: rotor
-//! inertias. The last term is the entropic (log-determinant) divergence from the reference bodies [Lee, Wensing, Park 2020]. It
-//! regularises parameters that the data do not determine. The logarithm in this term is also the barrier that keeps every P_j >
-//! 0, so the problem is convex and unconstrained inside the cone. With gamma = 1e-3 the term counts as a thousandth of a unit
-//! of log-likelihood: the solution then equals least squares if least squares is consistent.
+//! inertias. The last term is the entropic (log-determinant) divergence from the reference bodies [Lee, Wensing, Park 2020].
+//! This term regularises parameters that the data do not determine. The logarithm in this term is also the barrier that keeps
+//! every P_j > 0, so the problem is convex and unconstrained inside the cone. With gamma = 1e-3 the term counts as a thousandth
+//! of a unit of log-likelihood: the solution then equals least squares if least squares is consistent.
 //!
 //! The last term acts as a prior and biases the solution, so chi^2 exceeds the minimum over all bodies. The logarithms alone
 //! raise chi^2/2 by at most gamma (4 bodies + rotors). If the reference is far from the data, the excess is larger. Therefore
@@ -89,7 +89,7 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     let x_of_y = scatter(map, total) * &transform;
     let problem = problem(triangle, map, prior, &x_of_y);
     // The path starts at a gamma at which the prior dominates, and gamma decreases to the full weight of the prior. Then gamma
-    // decreases further, by the factor [`PRIOR_SHARE_FACTOR`] in each round.
+    // is decreased further, multiplied by [`PRIOR_SHARE_FACTOR`] in each round.
     let y = at_reference(&problem, dimension);
     let gamma = problem.starting_gamma(&y, problem.hessian.diagonal().max().max(prior.gamma));
     let mut path = CentralPath::new(&problem, y, gamma);
@@ -341,7 +341,7 @@ mod tests {
     }
 
     /// The entropic prior does not depend on the frame. If the frames of the body, the reference body and the data are rotated
-    /// and moved in the same manner, the solution is the same body, rotated and moved. A Euclidean prior would fail here.
+    /// and moved equally, the solution is the same body, rotated and moved. A Euclidean prior would fail here.
     #[test]
     fn the_prior_does_not_depend_on_the_frame() {
         let (s, c) = 0.7f64.sin_cos();

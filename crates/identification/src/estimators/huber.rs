@@ -61,7 +61,7 @@ pub fn row_factor(robust: Option<&Robust>, j: usize, e: f64) -> f64 {
     robust.map_or(1.0, |rows| rows.weight(j, e).sqrt())
 }
 
-/// Iteratively reweighted least squares with the loss `loss`. It starts from the solution `start`.
+/// Iteratively reweighted least squares with the loss `loss`. The iteration starts from the solution `start`.
 ///
 /// Fails if a record cannot be read.
 pub fn reweighted<R: Records + ?Sized>(

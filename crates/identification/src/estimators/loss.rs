@@ -9,8 +9,8 @@
 //! | bisquare | (1 - (u/c)^2)^2, beyond c: 0 | (1 - (u/c)^2)(1 - 5 (u/c)^2), beyond c: 0 | c = 4.685 |
 //!
 //! Both have 95 % of the efficiency of least squares for normal noise. Huber's loss bounds the influence of a row: one-sided
-//! outliers shift the estimate by k times their share. Tukey's loss removes outliers completely. It has several minima, and
-//! the one nearest to Huber's solution is taken. [Huber 1981, 7.6; Holland, Welsch 1977; Yohai 1987]
+//! outliers shift the estimate by k times their share. Tukey's loss removes outliers completely. The sum of Tukey's losses has
+//! several minima; the minimum nearest to Huber's solution is taken. [Huber 1981, 7.6; Holland, Welsch 1977; Yohai 1987]
 
 /// A loss function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -94,7 +94,8 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// The standard map of a robot of one body. Its ten standard parameters are also its base parameters.
+    /// The standard map of a robot of one body. The ten standard parameters of the body are also the base parameters of the
+    /// robot.
     fn one_body() -> StandardMap {
         let standard = (0..10).map(|i| format!("P{i}")).collect();
         let matrix = DMatrix::identity(10, 10);

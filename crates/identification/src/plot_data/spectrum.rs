@@ -104,7 +104,7 @@ impl Spectrum {
 /// The noise of each measured torque: median of the root spectral density above twice the cut-off, N m/sqrt(Hz). `None` if the
 /// sampling rate of the log is too low.
 ///
-/// This is the true noise only if the driver has not filtered the torque.
+/// The result is the noise of the sensor only if the driver of the sensor has not filtered the torque.
 ///
 /// Fails if a log does not match the transmission.
 pub(crate) fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec<Option<f64>>, Error> {

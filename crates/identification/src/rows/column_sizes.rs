@@ -7,10 +7,10 @@
 use linear_model::regressor::Regressor;
 use random::Random;
 
-/// A column of a record is set to zero if its rms is below this share of its typical magnitude. With rounding of 1e-15, a
-/// larger column has at least seven correct digits. If a joint is held at a right angle and the log has six digits, columns
-/// that would be zero at the exact angle are 1e-7 or more. Such columns are small in all blocks, but above this limit, and are
-/// kept.
+/// A column of a record is set to zero if its rms is below this share of the typical magnitude of the column. Two facts set the
+/// limit. Rounding is about 1e-15 of the typical magnitude, so a larger column has at least seven correct digits. And a joint
+/// that is held at a right angle, in a log with six digits, has columns of 1e-7 or more that would be zero at the exact angle.
+/// Such columns are small in all blocks, but above the limit, and are kept.
 pub(super) const NEGLIGIBLE_COLUMN_SHARE: f64 = 1e-8;
 
 /// Number of random states at which the columns are evaluated.

@@ -27,8 +27,8 @@
 //!
 //! E_j(f) = sum over records of (2 pi f)^2 |X_j(f)|^2 h / n,   |X_j(f)|^2 >= 20 N_j,   A_j = sum over f of (2 pi f)^2 E_j(f)
 //!
-//! X_j is the transform of n positions, h s apart. N_j is the noise: the mean of |X_j|^2 in the upper half of the band, where no
-//! robot moves. It is n times the variance of the noise of a position. Only bins with |X_j|^2 >= 20 N_j count; white noise
+//! X_j is the transform of n positions, h s apart. N_j is the noise: the mean of |X_j|^2 in the upper half of the band, where
+//! no robot moves. N_j is n times the variance of the noise of a position. Only bins with |X_j|^2 >= 20 N_j count; white noise
 //! exceeds this in two bins of a billion. A joint with less than a hundredth of the largest energy of a joint does not count,
 //! because its motion is coupled to other joints or is coloured noise.
 

@@ -63,7 +63,7 @@ mod tests {
         for bin in 0..bins {
             let frequency = (bin as f64 + 0.5) / bins as f64 * 0.5 * rate;
             if frequency < cutoff {
-                // A cosine and a sine with random amplitudes. Their mean square is noise^2 / bins.
+                // A cosine and a sine with random amplitudes. The mean square of this frequency component is noise^2 / bins.
                 let size = noise * random.normal().hypot(random.normal()) / (2.0 * bins as f64).sqrt();
                 square += (inertia * size * (std::f64::consts::TAU * frequency).powi(2)).powi(2);
             }

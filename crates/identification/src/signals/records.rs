@@ -1,4 +1,5 @@
-//! The records of an identification. Their states are kept in memory, or are computed again in every pass if there are too many.
+//! The records of an identification: segments of logs as lists of states (q, dq, ddq, tau). The states are kept in memory, or
+//! are computed again in every pass if there are too many.
 //!
 //! A log that is read in several blocks (`logs::LogStream`) gives the same states as a log in memory. The states of the first
 //! blocks are kept, up to `MAX_HELD_BYTES` bytes together with the logs; the other states are computed again in every pass. Eight

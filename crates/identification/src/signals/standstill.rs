@@ -14,8 +14,8 @@ const STANDSTILL_SPAN_S: f64 = 0.2;
 /// This speed is called the speed of the band.
 const STANDSTILL_BAND: f64 = 2e-4;
 
-/// A reversal with constant acceleration goes from speed v to -v in the time T. Its path to the turning point is v T times this
-/// factor.
+/// A reversal with constant acceleration goes from speed v to -v in the time T. The path of this reversal to the turning point
+/// is v T times this factor.
 const CONSTANT_ACCELERATION_DEPTH: f64 = 0.25;
 
 /// Least path of a reversal to its turning point, divided by the path with constant acceleration. A shorter path is a standstill.

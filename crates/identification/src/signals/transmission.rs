@@ -327,7 +327,8 @@ mod tests {
         }
     }
 
-    /// tau_log = s (tau + k q) with q of the model; the result is tau, the torque of the bodies.
+    /// The logged torque is s (tau + k q), with the scale s, the stiffness k and the position q in the model. The result must
+    /// be tau, the torque of the bodies.
     #[test]
     fn scales_and_springs_are_taken_out() {
         let transmission = Transmission {

@@ -51,7 +51,8 @@ struct JointSums {
     rigid: f64,
     total: f64,
     count: usize,
-    /// For each motion that is long enough and each lag, 1 if the autocorrelation is outside its band, else 0.
+    /// One number for each lag of each motion that is long enough: 1 if the autocorrelation of the residual is outside the 95 %
+    /// band of white noise, else 0.
     outside: Vec<f64>,
 }
 

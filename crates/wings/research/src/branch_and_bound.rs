@@ -10,9 +10,9 @@
 //!
 //! The result contains a proof that can be verified ([`experiments::plan::plan_proof`]).
 //!
-//! The Gamma bound of the same paper is not used. It is meant for N slightly above the number of runs that gives full rank.
-//! Experiments with several rows have full rank with fewer runs than parameters, and the natural bound (see the paper) proves
-//! the plans of the robot RACE without the Gamma bound.
+//! The Gamma bound of the same paper is not used. The Gamma bound is meant for N slightly above the number of runs that gives
+//! full rank. Experiments with several rows have full rank with fewer runs than parameters, and the natural bound (see the
+//! paper) proves the plans of the robot RACE without the Gamma bound.
 
 use std::collections::BinaryHeap;
 use std::sync::Arc;
@@ -96,8 +96,7 @@ impl TreeSearch {
         let mut proof = ProofTree::new(equal, all.design(&root.x));
         let (mut node, mut closed) = (0, f64::NEG_INFINITY);
         let mut left: Vec<usize> = (0..m).collect();
-        // The candidates with at most zero runs by the tangent are removed. For each of them, the proof stores a split of the
-        // tree.
+        // Candidates that the tangent limits to zero runs are removed. For each of them, the proof stores a split of the tree.
         for cut in cuts(&root.tangent, &bounds, known, count) {
             if cut.keeps_below && cut.at_most == 0 {
                 node = proof.split(node, all.index[cut.candidate], 0, 0)[0];
@@ -188,7 +187,7 @@ mod tests {
     use super::*;
     use crate::test_arm::test_plans::random_blocks;
 
-    /// The search starts with the worst plan. It must find the best of all plans, and prove it.
+    /// The search starts with the worst plan. The search must find the best of all plans, and prove that no plan is better.
     #[test]
     fn the_best_of_all_small_plans_is_proven() {
         for seed in 1..6 {

@@ -164,8 +164,8 @@ mod tests {
     use experiments::plan::exchange::{ExchangeSettings, SearchEffort};
     use linear_model::reference::ModelReference;
 
-    /// The D-efficiency of the plan is computed from the proof in the file. A change of the file that would increase it is
-    /// detected.
+    /// The D-efficiency of the plan is computed from the proof in the file. A change of the file that would increase the
+    /// D-efficiency is detected.
     #[test]
     fn a_proof_is_worth_what_its_file_proves() {
         rist::wings::register(vec![crate::wing()]);

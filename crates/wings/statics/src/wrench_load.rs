@@ -39,8 +39,8 @@ const GAP_STEPS: f64 = 3.0;
 const UNKNOWNS: usize = 16;
 /// Number of repeated fits. The weights of each fit are computed from the residuals of the previous fit.
 const REWEIGHTING_ROUNDS: usize = 4;
-/// If the column of an inertia entry is below this fraction of the largest column, it contains only rounding errors of the poses.
-/// This occurs if the sensor rotates about fewer than three axes.
+/// If the column of an inertia entry is below this fraction of the largest column, it contains only rounding errors of the
+/// poses. Such columns occur if the sensor rotates about fewer than three axes.
 const ROUNDING_SHARE: f64 = 1e-9;
 /// Smallest standard deviation of one kind of equations (force or torque), as a fraction of the largest one.
 const LEAST_DEVIATION_SHARE: f64 = 1e-12;

@@ -1,5 +1,5 @@
-//! Decides whether the load after a force-torque sensor can be trusted. It makes claims on the residual of the fit, on other
-//! interpretations of the numbers in the log, and on whether a robot wrist can carry the load.
+//! Decides whether the load after a force-torque sensor can be trusted. Makes claims (statements with their evidence) on the
+//! residual of the fit, on other interpretations of the numbers in the log, and on whether a robot wrist can carry the load.
 //!
 //! The residual e = sqrt(f^2 + (n / ARM_M)^2) combines the residual f of the forces (N) and the residual n of the torques (N
 //! m). e is compared with the standard deviation and with the noise of the signals. In a log of a motion, the noise follows

@@ -59,7 +59,8 @@ pub(crate) fn claims_of_faults(
 }
 
 /// A fault within its linear range is preferred if its gain is at most the gain of the strongest fault times this factor. Gain:
-/// error of cross-validation with the fault / without it; the strongest fault has the smallest gain.
+/// error of cross-validation with the fault as an unknown, divided by the error without the fault; the strongest fault has the
+/// smallest gain.
 const BEYOND_RANGE_GAIN_RATIO: f64 = 1.25;
 /// Largest number of possible causes that are listed in the claim that the cause is not identified.
 const MOST_NAMED_CAUSES: usize = 3;

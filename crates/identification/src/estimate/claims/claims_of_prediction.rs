@@ -66,9 +66,9 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// Whether the logs of the fit are consistent, although one of them is predicted badly by parameters from the others. The
-    /// prediction error must be at most `GOOD_NOISY_PREDICTION_ERROR`. In addition, standard deviations of the parameters must
-    /// explain the error, or the common fit of all logs must be nearly as good as separate fits.
+    /// Whether the logs of the fit are consistent, although one log is predicted badly by parameters fitted to the other logs.
+    /// The prediction error must be at most `GOOD_NOISY_PREDICTION_ERROR`. In addition, standard deviations of the parameters
+    /// must explain the error, or the common fit of all logs must be nearly as good as separate fits.
     fn is_of_poor_logs(&self) -> bool {
         let is_in_reach = self.others.is_some_and(|error| error <= GOOD_NOISY_PREDICTION_ERROR);
         let both = self.others_by_parameters.zip(self.others_unsure);
@@ -219,8 +219,8 @@ mod tests {
             Outcome::CannotTell { why, .. } => why,
             other => panic!("{other:?}"),
         };
-        // The standard deviations must explain sqrt(0.03^2 - 0.02^2) = 0.0224. They explain twice the rms error that they
-        // cause, so the limit of this rms error is 0.0112.
+        // The standard deviations must explain sqrt(0.03^2 - 0.02^2) = 0.0224. Standard deviations explain an error up to twice
+        // the rms error that they cause, so the limit of this rms error is 0.0112.
         assert!(matches!(of(0.03, 0.02, Some(0.0113)), Outcome::Agrees { .. }));
         let beyond = "the description predicts the other log better (2.00 %) than these parameters do (3.00 %)";
         assert_eq!(why(of(0.03, 0.02, Some(0.0111))), format!("{beyond}, whose uncertainty is 1.11 %"));

@@ -12,7 +12,8 @@ use crate::estimate::play::Backlash;
 /// next constant.
 const START_WIDTHS_RAD: [f64; 3] = [0.0087, 0.0175, 0.035];
 const SOFTNESSES: [f64; 2] = [0.0, 0.2];
-/// Number of rounds of an iteration: the width of a gap gives its side at each sample, and the sides give the width.
+/// Number of rounds of the iteration: the width of a gap gives the side of the gap at each sample, and these sides give a new
+/// width.
 const PLAY_ROUNDS: usize = 2;
 
 /// Repeats the tests of play for joints whose first test shows an effect when the torque changes its sign. The side of a gap

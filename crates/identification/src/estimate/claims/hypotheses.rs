@@ -51,7 +51,8 @@ pub(super) const LEFT_OUT_PARTS: usize = 10;
 const HELD_COLUMN_SHARE: f64 = 1e-4;
 /// A hypothesis is not identifiable if less than this share of the norm of its column is orthogonal to all parameter columns.
 pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
-/// A parameter is listed in `within` if its term is at least this share of the norm of the hypothesis column.
+/// If the column of a hypothesis is a linear combination of parameter columns, a parameter is listed in
+/// `HypothesisTest::within` if its term has at least this share of the norm of the hypothesis column.
 const WITHIN_COLUMN_SHARE: f64 = 0.01;
 /// Largest number of coordinates for which hypotheses are tested. With more coordinates, the tests take too long.
 pub(super) const MOST_COORDINATES: usize = 12;
@@ -203,7 +204,7 @@ pub(super) fn coefficients(triangle: &Triangle, p: usize, c: usize) -> Vec<f64> 
     found
 }
 
-/// The standard deviation of an estimate, from its values when each block is left out in turn (jackknife).
+/// The standard deviation of an estimate by the jackknife. `others`: for each block, the estimate without this block.
 pub(super) fn jackknife(others: &[f64]) -> f64 {
     let m = others.len() as f64;
     let mean = others.iter().sum::<f64>() / m;

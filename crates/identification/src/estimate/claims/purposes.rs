@@ -117,7 +117,8 @@ pub(crate) fn undetermined_torques(estimate: &Estimate) -> Vec<Claim> {
     if still.is_empty() || !is_open { Vec::new() } else { Use::ALL.map(one).to_vec() }
 }
 
-/// Names of the joints that never moved. They have no rows and no bandwidth `f95` (95 % of the velocity's energy is below f95).
+/// Names of the joints that never moved. Such joints have no rows and no bandwidth `f95` (95 % of the velocity's energy is
+/// below f95).
 pub(crate) fn standing(joints: &[JointResidual]) -> Vec<&str> {
     joints
         .iter()

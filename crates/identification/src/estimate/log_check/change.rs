@@ -5,8 +5,8 @@
 //! columns F_j = [ddq_j, dq_j, direction_j, 1] (rotor, viscous and Coulomb friction, offset), which no description contains. The
 //! slope of T_j is limited to 0.5 to 2 times the common scale of all joints.
 //!
-//! The misfit of a joint is the squared residual of this fit, divided by the squared residual of a fit by F_j alone. It is 0 if
-//! the description predicts the torque exactly, and 1 if the description explains nothing.
+//! The misfit of a joint is the squared residual of this fit, divided by the squared residual of a fit by F_j alone. The misfit
+//! is 0 if the description predicts the torque exactly, and 1 if the description explains nothing.
 
 use generated::Eight;
 use linear_model::regressor::Regressor;
@@ -110,7 +110,7 @@ impl Description<'_> {
                 changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, q, dq, ddq));
                 dq.iter_mut().chain(ddq).for_each(|x| *x *= moves);
             }
-            // The SIMD lanes after the last sample contain earlier samples. Their results are not read.
+            // The SIMD lanes after the last sample contain earlier samples. The results of these lanes are not read.
             let groups = some.len().div_ceil(8);
             let entries = &mut entries[..groups * stride];
             self.regressor.fill_blocks(&inputs[..groups * 8 * 3 * n], stride, entries);

@@ -2,8 +2,8 @@
 //!
 //! The first checks need no inertials: dead or saturated torques, a log that is too short, velocities that are not the
 //! derivatives of the positions, negative friction. If the description has inertials, slopes are computed (regression of
-//! measured on nominal torque). They show faults of all torques (wrong unit, currents instead of torques, wrong signs), faults
-//! of one or two joints, faults of gravity (`search`), and delays. If measured and nominal torques disagree and no fault
+//! measured on nominal torque). The slopes show faults of all torques (wrong unit, currents instead of torques, wrong signs),
+//! faults of one or two joints, faults of gravity (`search`), and delays. If measured and nominal torques disagree and no fault
 //! explains the difference, the log is attributed to another robot.
 
 use linear_model::regressor::Regressor;

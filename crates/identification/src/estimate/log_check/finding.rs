@@ -14,7 +14,7 @@ use crate::estimate::log_check::change::Change;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// A fault that a change of the log can undo. The number is the size of the fault: an angle, rad; a delay, s; or a relative
-    /// scale error. It is 0 for a fault without a size.
+    /// scale error. The number is 0 for a fault without a size.
     Of(Hypothesis, f64),
     /// Torques are in another unit. The number is the power of ten by which the logged numbers are too large.
     TorqueUnit(i32),

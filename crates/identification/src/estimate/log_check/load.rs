@@ -278,7 +278,7 @@ impl Sums {
     }
 }
 
-/// A fit without a load. Its normal equations are factorised once; the columns of many loads are then added.
+/// A fit without a load. The normal equations of this fit are factorised once; the columns of many loads are then added.
 struct Without {
     /// Cholesky factor of the normal matrix, with columns scaled to unit norm. `scale`: factor of each column; 0 for a column
     /// of zeros.
@@ -312,8 +312,8 @@ impl Without {
         (self.residual_square / self.tau).sqrt()
     }
 
-    /// Adds the ten columns of a load to the fit. `beside`: products of these columns with the other columns; `own`: with one
-    /// another; `right`: with the right-hand side.
+    /// Adds the ten columns of a load to the fit. `beside`: products of these columns with the other columns of the fit; `own`:
+    /// products of these columns with one another; `right`: products of these columns with the right-hand side.
     fn with(&self, beside: &DMatrix<f64>, own: &DMatrix<f64>, right: DVector<f64>) -> Option<SolvedLoad> {
         let beside = DMatrix::from_fn(self.scale.len(), BODY_PARAMETERS, |i, j| self.scale[i] * beside[(i, j)]);
         // Schur complement: products of the load's columns after projection onto the complement of the other columns.
@@ -358,8 +358,8 @@ impl Record {
         pieces.into_iter().max_by(|x, y| length(x).total_cmp(&length(y))).unwrap_or((0, parts))
     }
 
-    /// The interval of blocks (start, end) in which a load reduces the residual most, and this load. The search finds the start
-    /// and the end in turn, twice each.
+    /// The interval of blocks (start, end) in which a load reduces the residual most, and this load. The search alternates: it
+    /// finds the start, then the end, then both once more.
     fn carried(&self, solve: impl Fn(usize, usize) -> Option<SolvedLoad>) -> Option<(usize, usize, SolvedLoad)> {
         let parts = self.parts();
         let (mut from, mut to) = (0, parts);

@@ -164,7 +164,7 @@ fn usual(coordinates: &[String]) -> Vec<Vec<usize>> {
     found
 }
 
-/// The exchanges that assign the columns of joint `order[k]` to each joint k, if they are applied one after the other.
+/// A list of exchanges of two joints. Applied in this order, they assign the columns of joint `order[k]` to each joint k.
 fn exchanges(order: &[usize], kind: Exchange) -> Vec<Change> {
     let mut now: Vec<usize> = (0..order.len()).collect();
     let mut made = Vec::new();

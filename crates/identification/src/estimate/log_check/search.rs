@@ -46,7 +46,7 @@ pub(super) type Explanation = (Vec<Suspicion>, Vec<f64>);
 
 /// Largest number of faults of a log. A log with more faults is attributed to another robot.
 pub(super) const MAX_MISTAKES: usize = 3;
-/// The search starts from the best change (smallest sum of misfits). It also starts from other changes, at most this many.
+/// The search starts from the best change (smallest sum of misfits), and in addition from at most this many other changes.
 const FIRST_STEPS: usize = 6;
 /// The search also starts from a change if the sum of misfits is at most the smallest sum times this factor.
 const FIRST_STEP_RATIO: f64 = 2.0;
@@ -300,7 +300,8 @@ impl ChangeSearch<'_> {
         let middle = sizes[sizes.len() / 2];
         let n = as_it_is.len() as f64;
         let one = |(k, p): (usize, &Partial)| {
-            // The slope must differ from the median and from 1: if half of the joints are wrong, the median is wrong too.
+            // The slope must differ from the median and also from 1, because the median itself is wrong if half of the joints
+            // are wrong.
             let slope = p.slope() / self.scale;
             let factor = slope / middle;
             let moves = self.samples.periods(k) >= LEAST_PERIODS_FOR_SCALE;

@@ -11,10 +11,10 @@
 //! The candidate with the largest share is the cause, if the share is at least `NAMED_CAUSE_SHARE` and F is significant at
 //! `SIGNIFICANCE_LEVEL`.
 //!
-//! The share is the stronger criterion. The residual is not noise, so with some hundred rows any column with a small correlation
-//! has a significant F. A cause that explains less than half is at most one of several causes. F is needed if there are few
-//! rows. Its level is one in a thousand. For ripple many numbers of periods are tried, and the level holds for all of them
-//! together (Bonferroni).
+//! The share is the stronger criterion. The residual is not noise, so with some hundred rows any column with a small
+//! correlation has a significant F. A cause that explains less than half is at most one of several causes. F is needed if there
+//! are few rows. The significance level of F is one in a thousand. For ripple many numbers of periods are tried, and the level
+//! holds for all of them together (Bonferroni).
 //!
 //! The columns of an elastic joint and of play are correlated if the torque has nearly two values only, as in a bang-bang
 //! motion. Then play can be distinguished from the spring only if its gap is wider than the deflection of the spring.

@@ -96,7 +96,7 @@ impl IterationState {
             rows: 0,
             effective: 0.0,
         };
-        // The first fit is without drift. Its friction f is the point about which the drift is linearised.
+        // The first fit is without drift. The friction f of this fit is the point about which the drift is linearised.
         fit.solve(data);
         if options.drift {
             // The standard deviation s of the drifts is iterated until s converges or is practically zero.

@@ -7,10 +7,11 @@
 //!
 //! tau_ej = D_ej X + (1 + u_ej) C_ej f_j + noise,   u_ej ~ N(0, s^2).
 //!
-//! u_ej is the drift of the friction of joint j in experiment e (temperature, grease). Its standard deviation s is estimated
-//! too, by s^2 <- sum u^2 / sum(1 - var u / s^2) [MacKay 1992, evidence iteration]. If friction does not drift, s becomes zero,
-//! so the unknowns u_ej add no uncertainty. Gauss-Newton linearises the product u f. The first weights follow from the noise of
-//! torque and position, measured from the scatter between periods. Later weights follow from the residual of each joint.
+//! u_ej is the drift of the friction of joint j in experiment e (temperature, grease). The standard deviation s of the drift is
+//! estimated too, by s^2 <- sum u^2 / sum(1 - var u / s^2) [MacKay 1992, evidence iteration]. If friction does not drift, s
+//! becomes zero, so the unknowns u_ej add no uncertainty. Gauss-Newton linearises the product u f. The first weights follow
+//! from the noise of torque and position, measured from the scatter between periods. Later weights follow from the residual of
+//! each joint.
 //!
 //! A motion that does not exactly repeat (a controller with chatter) ends with another position and velocity than at its start.
 //! Each of these two differences adds a column of known shape to the rows of each joint. Both unknowns are nuisance parameters.

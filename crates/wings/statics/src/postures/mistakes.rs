@@ -66,8 +66,8 @@ pub struct Mistake {
 /// A function for the torques of the nominal bodies, N m (N) for each joint. Arguments: position, and gravity in the base frame.
 pub(super) type Described<'a> = &'a dyn Fn(&[f64], &Vector3<f64>) -> Vec<f64>;
 
-/// A function that fits bodies with free parameters to torques at positions. It returns the squared relative residual of each
-/// joint.
+/// A function that fits bodies with free parameters to torques at positions. The function returns the squared relative residual
+/// of each joint.
 pub(super) type Free<'a> = &'a dyn Fn(&[Vec<f64>], &[DVector<f64>]) -> Vec<f64>;
 
 /// The postures, and the models with which they are compared.
@@ -367,8 +367,8 @@ fn is_scale(changes: &[Change]) -> bool {
     matches!(changes, [Change { of: Scale(_), .. }])
 }
 
-/// The ratio of the residual with the changes to the residual without them, for the joints for which this ratio is finite and
-/// positive.
+/// For each joint, the ratio of the residual with the changes to the residual without the changes. Joints whose ratio is not
+/// finite and positive are left out.
 fn ratios(with: &[f64], without: &[f64]) -> Vec<f64> {
     with.iter().zip(without).map(|(a, b)| a / b).filter(|x| x.is_finite() && *x > 0.0).collect()
 }
@@ -379,8 +379,8 @@ fn is_of_all(one: &MistakeCandidate, counted: &[usize]) -> bool {
     one.changes.is_empty() || counted.iter().all(|&j| one.changes.iter().any(|change| of(change, j)))
 }
 
-/// The median of the squared relative residuals over the joints. It is used for a mistake of all joints, so that one joint with
-/// wrong nominal bodies does not determine the result.
+/// The median of the squared relative residuals over the joints. This median is used for a mistake of all joints, so that one
+/// joint with wrong nominal bodies does not determine the result.
 fn median(one: &MistakeCandidate, counted: &[usize]) -> f64 {
     let mut shares: Vec<f64> = counted.iter().map(|&j| one.shares[j]).collect();
     shares.sort_by(f64::total_cmp);

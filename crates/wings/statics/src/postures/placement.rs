@@ -26,8 +26,8 @@ use rist::fit::mount::{Tilt, axes};
 const SMALL_TORQUE: f64 = 1e-3;
 /// Largest number of postures that are used in the search for mistakes.
 const MAX_SEARCHED_POSTURES: usize = 400;
-/// A zero error above this value (rad or m) is too large to be noise. No such error may remain after zero errors were
-/// corrected.
+/// A zero error above this value (rad or m) is too large to be noise. After zero errors were corrected, no zero error above
+/// this value may remain.
 const FAR_ZERO: f64 = 0.1;
 /// Largest number of steps in the search for zero errors and base orientation.
 const MAX_STEPS: usize = 50;
