@@ -21,8 +21,8 @@ pub enum Outcome {
     },
     /// The data agree with the statement: the check would have detected a fault of the size `smallest`.
     Agrees {
-        /// The smallest fault that the check would have detected at every joint of the subject. Infinite if the check would not
-        /// have detected a fault of any size.
+        /// The smallest fault that the check would have detected at every joint of the subject. Infinite if the check would
+        /// have detected no fault, however large.
         smallest: Figure,
     },
     /// The statement is assumed to hold.

@@ -119,8 +119,9 @@ pub fn scatter(x: &[f64], period: usize) -> f64 {
     (rest / ((periods as f64 - 1.0) * period as f64)).sqrt()
 }
 
-/// Standard deviation of the samples of x about the mean period of x, from the harmonics 1 to `highest` only. For white noise it
-/// equals [`scatter`], but noise at higher frequencies does not count. NaN for less than two periods and for `highest` = 0.
+/// Standard deviation of the samples of x about the mean period of x, from the harmonics 1 to `highest` only. For white noise
+/// the result equals [`scatter`], but noise at higher frequencies does not count. NaN for less than two periods and for
+/// `highest` = 0.
 ///
 /// ```text
 /// sigma^2 = T / (H (R - 1)) sum_h sum_r |c_rh - mean_r c_rh|^2
@@ -169,8 +170,8 @@ pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] 
 /// x is divided into blocks, because a block stays in the cache. For each block, the cross spectrum of two signals is computed:
 /// the block, and the block with the `lags` samples before it. The sum of the cross spectra is transformed back once.
 pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
-    // Each block is preceded by the last `lags` samples of the previous block. Without them, the circular correlation would
-    // multiply the end of a block by its start.
+    // Each block is preceded by the last `lags` samples of the previous block. Without these samples, the circular correlation
+    // would multiply the end of a block by its start.
     let n = (x.len() + lags).next_power_of_two().min(SAMPLES_PER_CORRELATION.max((4 * lags).next_power_of_two()));
     let (forward, back) = (crate::fft::forward(n), crate::fft::inverse(n));
     let (mut input, mut scratch) = (forward.make_input_vec(), forward.make_scratch_vec());

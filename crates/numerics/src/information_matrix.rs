@@ -277,7 +277,7 @@ impl InformationFactor {
         f
     }
 
-    /// The matrix L^-1 L^-T of F = L L', p x p, row by row. Its diagonal has the squared row norms of L^-1.
+    /// The matrix L^-1 L^-T of F = L L', p x p, row by row. The diagonal contains the squared norms of the rows of L^-1.
     pub fn inverse_gram(&self) -> Vec<f64> {
         let p = self.p;
         let row = |i: usize| &self.inverse[i * p..i * p + p];

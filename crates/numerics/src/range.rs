@@ -58,8 +58,8 @@ pub struct Subdivision {
     /// Maximum number of enclosures for the exact ranges. After this number of enclosures, the remaining subintervals are not
     /// divided further, and the bounds follow from their enclosures.
     pub enclosures: usize,
-    /// Maximum number of enclosures for the first proof, that functions stay within `enough`. If a function exceeds `enough`,
-    /// only `enclosures` are used.
+    /// Maximum number of enclosures for the first proof: the proof that functions stay within `enough`. If a function exceeds
+    /// `enough`, the maximum is `enclosures` instead.
     pub enclosures_within: usize,
 }
 

@@ -17,8 +17,8 @@ const BISECTIONS: usize = 60;
 const MAX_TERMS: i32 = 5000;
 const FRACTION_TOLERANCE: f64 = 1e-15;
 
-/// The probability that the magnitude of Student's t variable T exceeds `t`. `freedom`: degrees of freedom; 1 if it is not
-/// positive.
+/// The probability that the magnitude of Student's t variable T exceeds `t`. `freedom`: degrees of freedom; if it is not
+/// positive, the probability is 1.
 pub fn two_sided(t: f64, freedom: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 || t.is_nan() {
         return 1.0;
@@ -28,8 +28,8 @@ pub fn two_sided(t: f64, freedom: f64) -> f64 {
     incomplete_beta(0.5 * nu, 0.5, nu / sum, square / sum)
 }
 
-/// The value t that |T| exceeds with probability `alpha`. T: Student's t variable with `freedom` degrees of freedom; infinite if
-/// `freedom` is not positive.
+/// The value t that |T| exceeds with probability `alpha`. T: Student's t variable with `freedom` degrees of freedom. If
+/// `freedom` is not positive, the value is infinite.
 pub fn two_sided_quantile(alpha: f64, freedom: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 {
         return f64::INFINITY;
@@ -47,8 +47,8 @@ pub fn two_sided_quantile(alpha: f64, freedom: f64) -> f64 {
     high
 }
 
-/// The probability that a value of Fisher's F distribution with m and n degrees of freedom exceeds `f`: I_x(n/2, m/2) with x = n
-/// / (n + m f) [Abramowitz, Stegun 1964, 26.6.2]; 1 if m or n is not positive.
+/// The probability that a value of Fisher's F distribution with m and n degrees of freedom exceeds `f`: I_x(n/2, m/2) with x =
+/// n / (n + m f) [Abramowitz, Stegun 1964, 26.6.2]; if m or n is not positive, the probability is 1.
 pub fn exceeded(f: f64, m: f64, n: f64) -> f64 {
     if f.is_nan() || m.is_nan() || n.is_nan() || m <= 0.0 || n <= 0.0 || f <= 0.0 {
         return 1.0;

@@ -49,7 +49,7 @@ pub fn total_least_squares(triangle: &Triangle, noisy: &[(usize, f64)]) -> Resul
     values.sort_by(|a, b| b.0.total_cmp(&a.0));
     let undetermined = || Error::new("total least squares: the data do not determine the noisy part");
     let (Some(vt), Some(&(_, last))) = (svd.v_t.as_ref(), values.last()) else { return Err(undetermined()) };
-    // The right singular vector of the smallest singular value, scaled to -1 for the right-hand side.
+    // The right singular vector of the smallest singular value, scaled so that its entry for the right-hand side is -1.
     let v = vt.row(last);
     if v[b].abs() < LEAST_SIDE_SHARE {
         return Err(undetermined());

@@ -74,8 +74,8 @@ impl TriangleBuilder {
     }
 }
 
-/// The triangle of some of p columns, such as the columns of one joint. The rows of its blocks also have entries of other
-/// columns.
+/// The triangle of some of p columns, such as the columns of one joint. The rows of the folded blocks also have entries of
+/// other columns, which are not used.
 #[derive(Clone, Debug)]
 pub struct ColumnTriangle {
     /// The numbers of the triangle's columns among all p columns, ascending.
@@ -153,7 +153,8 @@ impl Triangle {
         entries.saturating_add((p + 1).saturating_mul(size_of::<u32>()))
     }
 
-    /// Changes the stored columns to `live`, ascending, which must contain the present ones. New columns contain zeros.
+    /// Changes the stored columns to `live`, ascending. `live` must contain the columns that are stored now. New columns
+    /// contain zeros.
     fn set_live(&mut self, live: Vec<usize>) {
         let m = live.len();
         let before = std::mem::replace(&mut self.live, live);

@@ -214,8 +214,8 @@ fn decimals(sigma: f64, value: f64) -> usize {
     shown.max(USUAL_DECIMALS).min(most)
 }
 
-/// Usual least number of decimals of a printed value. A value has fewer decimals only if it would otherwise have more than
-/// `MOST_VALUE_DIGITS` digits.
+/// A value is printed with at least this number of decimals. A value with more than `MOST_VALUE_DIGITS` digits gets fewer
+/// decimals.
 const USUAL_DECIMALS: usize = 5;
 /// Largest number of decimals of a printed value.
 const MOST_DECIMALS: f64 = 9.0;

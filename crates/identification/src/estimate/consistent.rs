@@ -45,8 +45,8 @@ const GUESSED_ARM_M: f64 = 0.3;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Consistency {
-    /// Weight of the prior, nats per unit of entropic divergence from the nominal bodies. Without nominal bodies the
-    /// divergence is from a guessed ball, and a tenth of the weight is used.
+    /// Weight of the prior, nats per unit of entropic divergence from the nominal bodies. Without nominal bodies, the prior
+    /// uses the divergence from a guessed ball, with a tenth of this weight.
     pub prior_weight: f64,
     /// Whether the information of the data is divided by a discount, because residuals are correlated.
     pub discount: bool,

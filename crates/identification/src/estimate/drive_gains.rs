@@ -157,7 +157,7 @@ mod tests {
     }
 
     /// With hardly any data, the estimated gain equals the expected value. With good data, the estimated gain equals the gain
-    /// of the data.
+    /// that follows from the data alone.
     #[test]
     fn an_expected_gain_is_weighed_against_the_data() {
         let expected = [Gain::Known(3.0), Gain::Expected(0.8, 0.1)];

@@ -81,8 +81,8 @@ pub fn joint_candidates(speed: &[f64]) -> Vec<FrictionTerm> {
     out
 }
 
-/// Chooses the `candidates` that are added to `options.friction`. The records must contain the predicted load.
-/// `other_columns`: parameters of a fit without the candidates, and robust weights of its rows; `None` for equal weights.
+/// Chooses the `candidates` that are added to `options.friction`. The records must contain the predicted load. `other_columns`:
+/// parameters of a fit without the candidates, and the robust weights of the rows in that fit; `None` for equal weights.
 ///
 /// Fails if a record cannot be read.
 pub fn choose_joint_terms<R: Records + ?Sized>(

@@ -64,7 +64,7 @@ impl WithRotors {
         self.observation.select(&columns)
     }
 
-    /// Relative errors of cross-validation by tenths of the record: (without, with) the added rotor columns.
+    /// Relative errors of cross-validation by tenths of the record: (without the added rotor columns, with these columns).
     pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> (f64, f64) {
         let [wider, model] =
             [&self.friction, &options.friction].map(|friction| options.linear_model_with(regressor, friction));

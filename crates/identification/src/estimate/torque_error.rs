@@ -174,8 +174,8 @@ pub fn torque_errors(
     found.into_iter().enumerate().map(with_near).collect()
 }
 
-/// The error of each use. `seen`: range of motion for gravity compensation and for the speeds of the logs; `limits`: range of
-/// motion for the speed limits.
+/// The torque error of each use. `seen`: range of motion for the uses gravity compensation and feedforward at the speeds of the
+/// logs; `limits`: range of motion for the use feedforward at the speed limits.
 fn errors_within(
     model: &Model,
     x: &[f64],
@@ -347,14 +347,15 @@ mod tests {
                 });
             }
             let drawn = (sum / count).sqrt();
-            // Tolerance: with two hundred draws of a few parameters, the drawn variance has a relative standard deviation of a
+            // Tolerance: the variance of two hundred random samples of a few parameters has a relative standard deviation of a
             // tenth.
             assert!((one.joints[0].error / drawn - 1.0).abs() < 0.15, "{one:?} {drawn}");
             // The 90 % quantile over motions exceeds the mean, since some motions need less torque.
             let mean = one.joints[0].error / one.joints[0].torque;
             assert!((mean..3.0 * mean).contains(&one.relative), "{one:?}");
         }
-        // The torque of gravity depends neither on inertia nor on friction, so errors of these parameters cause no error.
+        // The torque of gravity depends neither on inertia nor on friction, so errors of these parameters cause no error of the
+        // gravity torque.
         let only = variances(&[1.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
         let only = ErrorContributions { covariance: &only, changes: &[], logs: &[], open: &[] };
         assert_eq!(torque_errors(&model, &x, only, &range(1.0), &range(3.0))[0].relative, 0.0);

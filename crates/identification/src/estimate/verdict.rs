@@ -155,7 +155,7 @@ impl Verdict {
 }
 
 impl Verdict {
-    /// The reasons that lower the trust for the use called `name`; empty if no reason lowers it.
+    /// The reasons that lower the trust for the use called `name`; empty if no reason lowers the trust.
     pub fn because(&self, name: &str) -> Vec<String> {
         let purposes = Use::ALL.map(torque_purpose).into_iter().chain([bodies_purpose()]);
         let mut of_it = purposes.filter(|purpose| purpose.name == name);
@@ -368,7 +368,7 @@ fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
     format!("use it ({steps})")
 }
 
-/// Topics whose claims are not listed in the report, because its table, reasons or remarks contain them.
+/// Topics whose claims are not listed in the report, because the table, the reasons or the remarks of the report contain them.
 const TOLD_ELSEWHERE: [Topic; 9] = [
     GRAVITY_TORQUE,
     TORQUE_SEEN,

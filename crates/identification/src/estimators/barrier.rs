@@ -42,7 +42,8 @@ const NEAR_DECREMENT: f64 = 0.1;
 /// Near the solution, each Newton step must reduce the squared decrement to at most this share. Otherwise the Hessian is too
 /// inaccurate.
 const LARGEST_DECREMENT_RATIO: f64 = 0.25;
-/// Armijo condition of the line search: least decrease of the objective, divided by squared Newton decrement times step length.
+/// Armijo condition of the line search: least decrease of the objective, divided by the product of the squared Newton decrement
+/// and the step length.
 const SUFFICIENT_DECREASE: f64 = 0.1;
 /// Shortest step of the line search, relative to the Newton step.
 const SHORTEST_STEP: f64 = 5e-11;
@@ -53,8 +54,9 @@ const STALLED_DECREMENT_SHARE: f64 = 1e-9;
 /// definite.
 const RELATIVE_RIDGES: [f64; 4] = [0.0, 1e-14, 1e-12, 1e-10];
 
-/// The suboptimality bound holds for bodies up to this size: the traces of their pseudo-inertias are at most this many times
-/// the traces of the solution. The bound also holds for friction parameters up to this many prior standard deviations.
+/// The suboptimality bound compares the solution with other bodies up to this size: the traces of their pseudo-inertias are at
+/// most this many times the traces in the solution. The bound also holds for friction parameters up to this many prior standard
+/// deviations.
 pub(crate) const LARGEST_BOUNDED_RATIO: f64 = 100.0;
 
 /// The minimisation problem of the module in the scaled variables y.
@@ -85,7 +87,8 @@ impl Problem {
     }
 
     /// Suboptimality bound, nats: how much larger 1/2 chi^2 of the solution y can be than 1/2 chi^2 of any x up to
-    /// `LARGEST_BOUNDED_RATIO` times as large. `share`: weight of the prior at y relative to its full weight. See the module.
+    /// `LARGEST_BOUNDED_RATIO` times as large. `share`: weight of the prior at y relative to its full weight. The head of this
+    /// file has the equation.
     pub(crate) fn suboptimality_bound(&self, y: &DVector<f64>, share: f64) -> f64 {
         let traces = self.bodies.iter().map(|&first| self.body(y, first).trace());
         let size: f64 = traces.chain(self.rotors.iter().map(|&c| y[c])).sum();
@@ -305,8 +308,8 @@ fn entries(m: &Matrix4<f64>) -> DVector<f64> {
 
 /// Largest factor between two successive values of gamma on the central path. gamma: weight of the barrier.
 const LARGEST_GAMMA_FACTOR: f64 = 5.0;
-/// The central path is followed with decreasing gamma. This fails if the ratio of two successive values of gamma would have to
-/// be below this value.
+/// gamma decreases along the central path. If the step to the next gamma fails, the ratio of the two values of gamma is
+/// reduced. Below this ratio, following the path has failed.
 const SMALLEST_GAMMA_FACTOR: f64 = 1.05;
 
 /// If a decrease of gamma needs fewer Newton steps than this number, the factor between successive values of gamma grows again.

@@ -31,8 +31,8 @@ pub struct Cluster {
 }
 
 impl Cluster {
-    /// The cluster of all rows of a triangle with R and right-hand side z: A_g = R'R, and W_g' e_g = R'(z - R x) at the solution
-    /// x.
+    /// The cluster of all rows of a triangle (R of QR, with the right-hand side z): A_g = R'R, and W_g' e_g = R'(z - R x) at
+    /// the solution x.
     pub fn of(rows: &Triangle, x: &[f64]) -> Cluster {
         let p = rows.columns();
         let r = upper(rows);

@@ -145,8 +145,8 @@ impl Means {
 
 /// A histogram of absolute values with a relative resolution of 1/256.
 ///
-/// The bins are the leading bits of a float, which are a logarithmic scale. The median is computed without storing the numbers
-/// and without knowing their range.
+/// The index of a bin is the leading bits of a float, so the bins have a logarithmic scale. The median is computed without
+/// storing the numbers and without knowing their range.
 #[derive(Clone)]
 struct Sizes {
     counts: Vec<u32>,

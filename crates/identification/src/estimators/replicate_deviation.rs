@@ -51,8 +51,8 @@ const BLOCK_LEVERAGE_SHARE: f64 = 0.95;
 const BAND_LEVERAGE_SHARE: f64 = 0.5;
 
 /// Two variances are equal if the median over the parameters of |log2(ratio of the variances)| is at most this value. Then
-/// their mean is used. Measured on 24 records of a UR5: white noise 0.0 to 0.75; slow noise at least 1.1; another friction law,
-/// ripple and play at least 0.5.
+/// their mean is used. On 24 records of a UR5 this median was 0.0 to 0.75 for white noise, at least 1.1 for slow noise, and at
+/// least 0.5 for another friction law, ripple and play.
 const EQUAL_OCTAVES: f64 = 0.5;
 /// Two variances are different if the median |log2(ratio)| is at least this value. Then the larger variance is used. Between
 /// `EQUAL_OCTAVES` and this value, the result is interpolated.
@@ -145,8 +145,8 @@ pub fn state_bands<'a>(
     StateBands::new(model, observation, Arc::new(weight))
 }
 
-/// The standard deviations of the parameters of a fit. `weights`: weight of each joint. `bands`: made by [`state_bands`]; they
-/// must contain all rows with their residuals.
+/// The standard deviations of the parameters of a fit. `weights`: weight of each joint. `bands`: sums that [`state_bands`]
+/// made; all rows must have been added to them with their residuals.
 ///
 /// `reweighted`: the robust fit, if its rows have robust weights.
 pub fn replicate_deviation(

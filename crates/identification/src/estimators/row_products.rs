@@ -50,7 +50,8 @@ impl RowProducts {
         self.products.iter_mut().zip(&next).for_each(|(sum, product)| *sum += product);
     }
 
-    /// The sums over all rows. With m columns and the last one, the product of columns i <= j is at index j (m + 1) + i.
+    /// The sums over all rows. With m regressor columns and one last column, the product of columns i <= j is at index j (m +
+    /// 1) + i.
     pub fn finish(mut self) -> Vec<f64> {
         self.complete();
         self.products

@@ -64,8 +64,8 @@ impl<'a> StateBands<'a> {
         of
     }
 
-    /// For each band with rows: its joint, its kind, and the sums of products of its m columns, with the residual as the last
-    /// column.
+    /// For each band with rows: the joint and the kind (speed or position) of the band, and the sums of products of the m
+    /// columns of its rows, with the residual as the last column.
     ///
     /// The product of columns i <= j is at index j (m + 1) + i.
     pub(crate) fn products(self) -> impl Iterator<Item = (usize, BandContent, Vec<f64>)> {

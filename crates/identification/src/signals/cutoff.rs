@@ -92,7 +92,7 @@ const MIN_SPECTRUM_SAMPLES: usize = 8;
 /// Two sampling periods with at most this relative difference belong to one clock.
 const EQUAL_PERIOD_TOLERANCE: f64 = 1e-6;
 
-/// The energy of the motion of one joint, and of the noise of the records in which it moves.
+/// The energy of the motion of one joint, and the energy of the noise in those records in which the joint moves.
 #[derive(Clone, Debug, Default)]
 struct JointEnergy {
     motion: Energy,
@@ -196,8 +196,8 @@ impl MotionEnergy {
                 (joint.motion.values().sum::<f64>(), fast.clone().map(|(_, energy)| energy).sum::<f64>());
             let is_chatter = share > (1.0 - MOTION_ENERGY_SHARE) * whole;
             if is_chatter && position_energy(fast) < CHATTER_POSITION_SHARE * largest {
-                // The lowest 5 % of the fast energy stay in the motion energy, because this part is spectral leakage from the
-                // ends of a record.
+                // The 5 % of the fast energy at the lowest frequencies stay in the motion energy, because this part is spectral
+                // leakage from the ends of a record.
                 let mut fast = joint.motion.split_off(&SLOWEST_CHATTER_HZ.to_bits());
                 let slowest = quantile(&fast, (1.0 - MOTION_ENERGY_SHARE) * share);
                 joint.chatter = fast.split_off(&slowest.to_bits());

@@ -13,7 +13,8 @@ const EVEN_STEP_TOLERANCE: f64 = 1e-3;
 /// Computes derivatives of signals on one clock. The clock is examined once for all signals.
 pub struct Differences<'a> {
     t: &'a [f64],
-    /// 12 h for each sample from the third to the third last, s. h: mean clock step of the five samples around it.
+    /// The denominator 12 h, s, of each sample from the third to the third last. h: mean clock step of the five samples around
+    /// this sample.
     twelve_steps: Vec<f64>,
     /// Indices of samples whose derivative is of second order: two samples at each end, and the samples with unevenly spaced
     /// neighbours.

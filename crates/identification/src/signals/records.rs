@@ -58,7 +58,8 @@ struct Stream<'a> {
     /// Index of the log among all logs, from 0.
     number: usize,
     preparation: Box<Preparation>,
-    /// Time by which a block overlaps its neighbouring blocks, s. In this time, the effect of the start of the filter decays.
+    /// Time by which a block overlaps its neighbouring blocks, s. Within this time, the effect of the start of the filter
+    /// decays.
     overlap: f64,
 }
 

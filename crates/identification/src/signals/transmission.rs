@@ -26,7 +26,7 @@ pub struct Transmission {
     pub couplings: Vec<(usize, usize, f64)>,
     /// Whether coupled motors have no columns of inertia and friction in the model.
     pub rigid_couplings: bool,
-    /// Whether positions and velocities in the log belong to the joints already, so that only the torques belong to the motors.
+    /// Whether positions and velocities in the log are those of the joints, and only the torques are those of the motors.
     pub joint_side_positions: bool,
     /// Offset of each joint: position in the model minus position in the log, rad (m).
     pub offsets: Option<Vec<f64>>,
@@ -114,7 +114,8 @@ impl Transmission {
             ("scales", &self.scales),
             ("springs", &self.springs),
         ];
-        // Offsets, dead currents and springs may be zero. The other numbers may not, because they multiply or divide the torque.
+        // Offsets, dead currents and springs may be zero. The other numbers must not be zero, because they multiply or divide
+        // the torque.
         for (name, list) in lists {
             let Some(list) = list else { continue };
             if list.len() != n || list.iter().any(|x| !x.is_finite()) {

@@ -54,7 +54,7 @@ impl SpectralMethod {
 pub struct SpectralFit {
     /// The parameters and their standard deviations.
     pub estimate: Estimate,
-    /// Covariance of the base parameters, row by row. Its diagonal contains the squares of the standard deviations of
+    /// Covariance of the base parameters, row by row. The diagonal contains the squares of the standard deviations in
     /// `estimate`.
     pub covariance: Vec<Vec<f64>>,
 }

@@ -79,7 +79,7 @@ impl TreeSearch {
     /// The search with only the root of the tree. Equal candidates are merged, and candidates that occur in no better plan are
     /// removed.
     fn at_root(blocks: &[WeightedRows], chosen: &[usize], tolerance: f64) -> Option<TreeSearch> {
-        // `known`: a plan counts as better only if it exceeds the value of the given plan by more than the tolerance.
+        // `known`: a plan counts as better only if its log det F exceeds that of the given plan by more than the tolerance.
         let count = chosen.len();
         let best = (value_of(blocks, chosen, Criterion::Determinant), chosen.to_vec());
         let known = best.0 + tolerance;
@@ -119,7 +119,8 @@ impl TreeSearch {
         Some(TreeSearch { choice, best, tolerance, proof, open: BinaryHeap::from([first]), closed })
     }
 
-    /// The value that a better plan must exceed. A node is closed if its upper bound of log det F is at most this value.
+    /// The value of log det F that a better plan must exceed. A node whose upper bound is at most this value is not searched
+    /// further.
     fn known(&self) -> f64 {
         self.best.0 + self.tolerance
     }
@@ -212,8 +213,7 @@ mod tests {
             let short = branch_and_bound(&blocks, &worst.1, &SearchBudget { nodes: 2, tolerance: 1e-7 }).unwrap();
             assert!(short.proof.log_det_at_most >= best, "{short:?}");
         }
-        // Three candidates have at most nine rows together. That is less than the ten parameters, so there is no plan with full
-        // rank.
+        // Three candidates have at most nine rows together, fewer than the ten parameters. So there is no plan with full rank.
         let flat = random_blocks(3, 10, 1);
         assert!(branch_and_bound(&flat, &[0, 1, 2], &SearchBudget { nodes: 10, tolerance: 1e-3 }).is_none());
     }

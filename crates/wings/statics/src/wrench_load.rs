@@ -509,8 +509,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// With noise, the errors agree with their standard deviations: the mean squares of 16 normalised errors over 30 draws are
-    /// near 1.
+    /// With noise, the errors agree with their standard deviations: the mean squares of 16 normalised errors over 30 simulated
+    /// logs are near 1.
     #[test]
     fn deviations_hold_the_errors() {
         let (mut squares, mut left, draws) = ([0.0; UNKNOWNS], [0.0; 2], 30);
@@ -523,12 +523,12 @@ pub(crate) mod tests {
                 squares[k] += ((x - truth) / sigma).powi(2) / draws as f64;
             }
         }
-        // The rms of the residuals of 138 equations has a relative error of 6 %. The mean over 30 draws has 1.1 %, and the
-        // limit is four times this. The force noise also causes torque noise, because the torque is about a point some
-        // centimetres from the sensor.
+        // The rms of the residuals of 138 equations has a relative error of 6 %. The mean over 30 logs has a relative error of
+        // 1.1 %, and four times this error is allowed. The force noise also causes torque noise, because the torque is about a
+        // point some centimetres from the sensor.
         assert!((left[0] / 0.8 - 1.0).abs() < 0.044 && (0.038..0.05).contains(&left[1]), "{left:?}");
         let mean = squares.iter().sum::<f64>() / UNKNOWNS as f64;
-        // The mean square of 480 normal numbers, which are correlated within a draw, differs from 1 by at most a fifth.
+        // The mean square of 480 normal numbers, which are correlated within a log, differs from 1 by at most a fifth.
         assert!((0.75..1.25).contains(&mean) && squares.iter().all(|s| *s < 2.2), "{mean} {squares:?}");
     }
 

@@ -49,7 +49,8 @@ pub(crate) fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
     if !found.determined[..9].iter().all(|is| *is) || !found.x.iter().all(|x| x.is_finite()) {
         return None;
     }
-    // The nearest rotation is U V' from the singular value decomposition, with the sign for which its determinant is 1.
+    // The nearest rotation is U V' from the singular value decomposition, multiplied by the sign with which its determinant is
+    // 1.
     let svd = Matrix3::from_row_slice(&found.x[..9]).svd(true, true);
     let q = svd.u? * svd.v_t?;
     let q = q * q.determinant().signum();

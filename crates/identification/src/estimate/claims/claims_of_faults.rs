@@ -138,15 +138,15 @@ pub(super) fn statement(tested: &HypothesisTest, joints: &[JointResidual]) -> St
     of.statement(&format!("{} +- {}", of.figure(*value, joints), of.figure(*deviation, joints)), &names)
 }
 
-/// A sentence with a fault and the errors of cross-validation (without, with) the fault as an additional unknown.
+/// A sentence with a fault and two errors of cross-validation: without the fault, and with the fault as an additional unknown.
 fn fault_and_trial(fault: &str, held_out: Option<(f64, f64)>) -> String {
     held_out.map_or(fault.into(), |(without, with)| {
         format!("{fault} (held-out error, joints alike, {}; corrected: {})", percent(without), percent(with))
     })
 }
 
-/// Whether the torque of a fault is so small that every use tolerates it. A zero offset or a tilted mount is never small,
-/// because the positions are wrong even if the torque error is small.
+/// Whether the torque of a fault is so small that every use tolerates the fault. A zero offset or a tilted mount is never
+/// small, because the positions are wrong even if the torque error is small.
 fn is_small(tested: &HypothesisTest) -> bool {
     let is_small_at_joint = tested.explained_at_joint() <= LARGE_JOINT_SHARE;
     tested.of.kind().counts != Counts::AsPosition && is_small_at_joint && tested.explained() < SMALL_FAULT_SHARE
@@ -157,7 +157,7 @@ fn is_small(tested: &HypothesisTest) -> bool {
 fn contradicted(tested: &HypothesisTest, joints: &[JointResidual]) -> Option<Claim> {
     let HypothesisTest { of, value, held_out, .. } = tested;
     let remedy = of.remedy(*value, joints)?;
-    // `Tried`: errors of cross-validation without the fault and with it as an additional unknown.
+    // `Tried` contains the errors of cross-validation without the fault, and with the fault as an additional unknown.
     let trial = match held_out {
         Some((without, with)) => Trial::Tried {
             quantity: "held-out error, joints alike,".into(),
@@ -244,7 +244,7 @@ mod tests {
     #[test]
     fn a_fault_that_explains_little_is_no_contradiction() {
         // Explained share of the torque: sqrt(e^2 - f^2). e: error of cross-validation without the fault; f: error with the
-        // fault. Here 0.06 and 0.006.
+        // fault. Here the shares are 0.06 and 0.006.
         let (much, little) = (Some((0.1, 0.08)), Some((0.01, 0.008)));
         let (spring, zero) = (Hypothesis::Spring(0), Hypothesis::Zero(0));
         let (refused, open) = (EvidenceLevel::Refused, EvidenceLevel::Open);

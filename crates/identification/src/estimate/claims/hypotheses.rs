@@ -140,8 +140,8 @@ pub fn triangles<R: Records + ?Sized>(
 /// Tests the hypotheses `all`, one result each. `parts`: triangles (R of QR) of the blocks; `x`: fitted parameters.
 pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<HypothesisTest> {
     let p = x.len();
-    // Rows of weight `HELD_COLUMN_SHARE` regularise the parameters towards x, so that undetermined parameters keep their values
-    // of x.
+    // Rows of weight `HELD_COLUMN_SHARE` regularise the parameters towards x, so that parameters that the data do not determine
+    // keep the values in x.
     let whole = merged(parts, None);
     let held = held(&whole, x);
     let left = |out: Option<usize>| {
@@ -173,7 +173,8 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
         let with = select(&all_rows, &columns(e)).solution();
         let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
         let mut one = HypothesisTest { value, deviation, effect, ..HypothesisTest::not_identifiable(hypothesis) };
-        // Two conditions: the error falls by enough, and u is significant. Each gives a limit of |u|; the larger one counts.
+        // A fault is found under two conditions: the error falls by enough, and u is significant. Each condition gives a least
+        // |u|. The larger of the two is the detection limit.
         let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
         let torque = (whole.column_norm(whole.columns()).powi(2) + whole.taken_out).sqrt();
         let by_error = by_ratio.max(hypothesis.kind().least_share * torque) / norm;
@@ -259,7 +260,7 @@ impl UnknownsResidual {
         UnknownsResidual { columns: (p..width).map(column).collect(), torque: column(width) }
     }
 
-    /// Value of unknown e if no other unknown is fitted, and the norm of its projected column.
+    /// Value of unknown e if no other unknown is fitted, and the norm of the projected column of e.
     fn unknown(&self, e: usize) -> (f64, f64) {
         let column = &self.columns[e];
         let square: f64 = column.iter().map(|x| x * x).sum();

@@ -15,7 +15,7 @@ pub struct HypothesisTest {
     pub deviation: f64,
     /// Smallest |u| that would have been found (u: size of the fault); infinite if no size would have been found.
     pub power: f64,
-    /// Relative errors of cross-validation: (without, with) the fault as an unknown. `None` if not computed.
+    /// Two relative errors of cross-validation: without the fault, and with the fault as an unknown. `None` if not computed.
     pub held_out: Option<(f64, f64)>,
     /// Norm of the weighted torque of the coordinate that the hypothesis concerns, divided by the norm of the weighted torque
     /// of all coordinates; 1 for a hypothesis without a coordinate.

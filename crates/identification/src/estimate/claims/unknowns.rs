@@ -30,7 +30,7 @@ use crate::estimate::hypothesis::all;
 use crate::signals::records::Records;
 
 /// Prior standard deviation of a zero about its described value, rad (11 degrees). The prior changes an identifiable zero
-/// little: if the standard deviation of the zero is 1 degree, by 1 % of the offset.
+/// little: for example, if the standard deviation of the zero is 1 degree, the prior changes the zero by 1 % of its offset.
 pub const ZERO_PRIOR_RAD: f64 = 0.2;
 
 /// The result of one Gauss-Newton step for one unknown.

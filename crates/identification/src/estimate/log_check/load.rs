@@ -87,7 +87,7 @@ impl LogCheck {
     }
 }
 
-/// Makes the finding of a load on a link. `errors`: relative errors [without, with] the load.
+/// Makes the finding of a load on a link. `errors`: relative errors of the fit [without the load, with the load].
 fn finding(fault: Fault, link: &str, what: &str, errors: [f64; 2], remedy: &str) -> Finding {
     let [before, after] = errors.map(percent);
     let evidence = format!("the residual of {what} is {before}, with a body of its own for it {after}");
@@ -95,8 +95,8 @@ fn finding(fault: Fault, link: &str, what: &str, errors: [f64; 2], remedy: &str)
     Finding { tried: squares, ..Finding::of(fault, vec![link.into()], evidence, remedy) }
 }
 
-/// Products [W tau]' [W tau] of the weighted rows W and torques tau. `all`: over all rows; `records`: over the blocks of each
-/// record.
+/// Products [W tau]' [W tau] of the weighted rows W and torques tau. `all`: summed over all rows; `records`: summed over the
+/// blocks of each record.
 struct Sums {
     base: usize,
     rows: usize,

@@ -43,7 +43,7 @@ const EXCHANGE_KINDS: [Exchange; 3] =
 impl ChangeSearch<'_> {
     /// The permutation with the smallest sum of misfits, as a list of exchanges, and the misfit of each joint with this
     /// permutation (error of the description, 0 to 1). `None` for a single joint. `as_it_is`: regression of the unchanged log;
-    /// `sum`: adds the misfits of the joints that count.
+    /// `sum`: function that adds the misfits of those joints that count.
     pub(super) fn order(&self, as_it_is: &[Partial], sum: MisfitSum) -> Option<(Vec<Change>, Vec<f64>)> {
         let few: Vec<usize> = self.rows.iter().step_by((self.rows.len() / RANKING_SAMPLES).max(1)).copied().collect();
         let few = Trials::new(self.description, &self.samples.kept, &few);
@@ -74,9 +74,9 @@ impl ChangeSearch<'_> {
 }
 
 impl ChangeSearch<'_> {
-    /// The best of the exchanges in `hidden`, as a suspicion; `None` if no exchange reduces the misfit by enough. The search
-    /// does not detect these exchanges, because they change the torques too little. `as_it_is`: regression of the unchanged
-    /// log.
+    /// The best of the exchanges in `hidden`, as a suspicion (suspected fault); `None` if no exchange reduces the misfit by
+    /// enough. The exchanges in `hidden` are not detected by the search, because they change the torques too little.
+    /// `as_it_is`: regression of the unchanged log.
     pub(super) fn exchanged(&self, as_it_is: &[Partial], hidden: &[[Vec<usize>; 2]]) -> Option<Suspicion> {
         let mean = |misfits: &[f64]| misfits.iter().sum::<f64>() / misfits.len().max(1) as f64;
         let before = mean(&misfits(as_it_is, as_it_is, &[], self.scale));

@@ -45,7 +45,7 @@ pub struct JointCheck {
     pub zero_power: Option<f64>,
 }
 
-/// Whether velocities and accelerations come from columns of the log (true), or are derivatives (false).
+/// For velocities and accelerations, whether they come from columns of the log (true) or are computed as derivatives (false).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Measured {
     /// Whether velocities come from columns of the log.
@@ -125,8 +125,8 @@ impl LogCheck {
     /// Replaces the results on velocity and acceleration columns by the results of `other`, another check of the same log.
     pub fn with_columns_of(mut self, other: LogCheck) -> LogCheck {
         self.measured = other.measured;
-        // A velocity with a lag is a late derivative of the position. A velocity without a lag belongs to another joint, or is
-        // another signal.
+        // If a lag was found, the velocity column is a late derivative of the position. If no lag was found, the velocity
+        // column belongs to another joint, or is another signal.
         let is_late = |name: &String| other.joints.iter().any(|j| j.coordinate == *name && j.velocity_lag.is_some());
         let is_foreign = |f: &&Finding| f.fault == Fault::Velocity && !f.joints.iter().any(is_late);
         let foreign: Vec<Finding> = other.findings.iter().filter(is_foreign).cloned().collect();

@@ -30,7 +30,7 @@ pub(super) struct ChangeSearch<'a> {
     pub velocities: &'a [(usize, usize)],
 }
 
-/// A suspected fault. `before`, `after`: mean misfit (0 to 1) without and with the fault undone, over the joints above
+/// A suspected fault. `before`, `after`: mean misfit (0 to 1) before and after the fault is undone, over the joints above
 /// `COUNTED_JOINT_SHARE`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Suspicion {
@@ -144,8 +144,8 @@ impl ChangeSearch<'_> {
         }
     }
 
-    /// The changes from which the search starts (each undoes one fault), the best first. Each comes with the misfits of the
-    /// joints.
+    /// The changes from which the search starts (each undoes one fault), the best first. Each change comes with the misfits of
+    /// the joints after this change.
     fn firsts(&self, as_it_is: &[Partial], sum: MisfitSum) -> Vec<(Change, Vec<f64>)> {
         let n = as_it_is.len();
         if sum(&misfits(as_it_is, as_it_is, &[], self.scale)) < SMALLEST_MISFIT_GAIN {

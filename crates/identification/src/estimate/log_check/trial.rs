@@ -49,8 +49,8 @@ pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) 
             mended.push(found);
         }
     }
-    // Of the confirmed explanations, the explanation with the smallest residual is kept, and all explanations that are
-    // equivalent to it.
+    // Of the confirmed explanations, two kinds are kept: the explanation with the smallest residual, and the explanations that
+    // are equivalent to that explanation.
     let left = |found: &Vec<Finding>| found.iter().find_map(|f| f.tried).map_or(f64::INFINITY, |shares| shares[1]);
     mended.sort_by(|a, b| left(a).total_cmp(&left(b)));
     let least = mended.first().map_or(f64::INFINITY, &left);

@@ -25,8 +25,8 @@ pub struct JointEquations {
 /// The data from which the noise of a joint is estimated. The noise is equal in all rows of the joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseEvidence {
-    /// Residual sum of squares of the currents, A^2, that remains for any values of the parameters. The residuals of `rows` are
-    /// not part of this sum.
+    /// Part of the residual sum of squares of the currents, A^2, that no values of the parameters can reduce. The residuals of
+    /// `rows` are not part of this sum.
     pub left: f64,
     /// Number of independent equations from which `rows` and `left` were computed.
     pub equations: f64,
@@ -84,7 +84,8 @@ impl JointEquations {
         self.each().map(|(d, t, i)| (i - g * (dot(d, x) + t)).powi(2)).sum()
     }
 
-    /// The standard deviation of the noise of the currents at (X, g = 1/k). `used`: degrees of freedom that the unknowns use up.
+    /// The standard deviation of the noise of the currents at (X, g = 1/k). `used`: degrees of freedom that the unknowns take
+    /// from the equations of this joint.
     pub(crate) fn noise(&self, x: &[f64], g: f64, used: f64) -> f64 {
         let Some(scatter) = self.scatter else { return 1.0 };
         let total: f64 = scatter.left + self.current.iter().map(|i| i * i).sum::<f64>();

@@ -335,8 +335,8 @@ pub(crate) mod tests {
                 sigma = ml.gain_deviation[0] / GAINS[0];
             }
             assert!(sigma > 0.005 && sigma < 0.2, "the noise is felt: {sigma}");
-            // Bounds of the mean and the variance of 400 standard normal numbers: five standard errors. A maximum-likelihood
-            // estimate also has a bias of second order, about sigma, which is added.
+            // Allowed errors: five standard errors of the mean and of the variance of 400 standard normal numbers. A
+            // maximum-likelihood estimate also has a bias of second order, about sigma, which is added.
             assert!(bias.abs() < 0.25 + sigma, "{is_loaded}: {bias}");
             assert!((chi - 1.0).abs() < 0.4, "{is_loaded}: {chi}");
         }

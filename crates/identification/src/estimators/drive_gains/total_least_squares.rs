@@ -152,8 +152,8 @@ mod tests {
                 unscaled += error(Scaling::None);
                 sigma = deviation / GAINS[0];
             }
-            // Bounds of the bias: five standard errors of the mean of 400 standard normal numbers, plus a bias of second order,
-            // about sigma.
+            // Allowed bias: five standard errors of the mean of 400 standard normal numbers, plus the bias of second order of
+            // the estimate, about sigma.
             assert!(scaled.abs() < 0.25 + sigma, "{is_loaded}: {scaled}");
             assert!(unscaled.abs() > 0.25 + sigma, "{is_loaded}: {unscaled}");
         }

@@ -45,7 +45,7 @@ const MAX_RIPPLE_PERIODS_PER_TURN: usize = 1024;
 /// chance with the probability `SIGNIFICANCE_LEVEL`.
 const NAMED_JOINT_SIGMAS: f64 = 3.3;
 /// A joint is named if the sum of squared torques of its effect is at least this share of the largest sum of all joints. A
-/// smaller torque is caused by the effect at another joint.
+/// smaller torque is attributed to the effect at another joint.
 const LEAST_SQUARE_SHARE: f64 = 0.02;
 
 /// The effect that the model most likely lacks.

@@ -265,8 +265,8 @@ impl IterationState {
     /// knowledge of gains that are only expected.
     ///
     /// The residual of a row in currents is w k0 (I - m / k), with the weight w, the gain k, its present value k0, the current
-    /// I and the torque m of the model. The column of k is its derivative w m / k0, where m is replaced by k0 I, which is equal
-    /// up to the residual.
+    /// I and the torque m of the model. The column of k is the derivative w m / k0 of this residual, in which m is replaced by
+    /// k0 I; m and k0 I differ only by the residual.
     pub(crate) fn gain_equations(&self, data: &HarmonicData, gains: &[Gain]) -> Vec<GainEquation> {
         let unknowns = self.x.len();
         let free: Vec<usize> = (0..gains.len()).filter(|&j| gains[j].is_unknown()).collect();

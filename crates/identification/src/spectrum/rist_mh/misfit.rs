@@ -78,7 +78,8 @@ impl HarmonicData<'_> {
         if beyond > 0.0 {
             let mut x = fit.shared();
             let shared = x.len();
-            // The unknown that belongs to a gain is its change from the present gain. This change is zero now.
+            // The unknown that belongs to a gain is the change from the present gain. At the converged fit, this change is
+            // zero.
             x.extend(gains.iter().filter(|g| g.is_unknown()).map(|_| 0.0));
             let mut found = by_experiment(&fit.clusters(self, gains), &x);
             found.iter_mut().for_each(|deviation| *deviation *= beyond.sqrt());

@@ -91,8 +91,8 @@ impl HarmonicData<'_> {
         let total: Vec<f64> = (0..self.p).map(|c| fit.x[c] + first.load.get(c).copied().unwrap_or(0.0)).collect();
         let (h, highest) = (first.sample_time, first.kept);
         let yields = self.yields(experiment, motor, &total, fit, (h, highest));
-        // The motion of the links is q = theta - u e. theta: motion of the motors, u: size of a spring or gap, e: deflection per
-        // unit of u.
+        // The motion of the links is q = theta - u e. theta: motion of the motors, u: size of an effect (spring, gap or
+        // eccentric encoder), e: deflection of the joint per unit of u.
         let moved = |by: &dyn Fn(usize) -> f64, from: &MeasuredMotion| {
             let mut q = from.q.clone();
             for (column, joint, e) in &yields {

@@ -156,10 +156,10 @@ impl MistakeSearch<'_> {
     /// Whether the mistake is necessary. A mistake is not necessary if bodies with free parameters explain the postures equally
     /// well without it.
     ///
-    /// Some mistakes need other tests, because free bodies can explain them with unrealistic parameters: if all torques change in
-    /// the same way, by negative or very large masses; if a joint or the base is rotated by a large angle, by unrealistic centres
-    /// of mass. If only the wrist is loaded, a centimetre of its centre of mass is equivalent to a rotation. So a large zero
-    /// error must reduce the residuals of other joints too.
+    /// Some mistakes need other tests, because free bodies can explain them with unrealistic parameters. Negative or very large
+    /// masses explain a change of all torques in the same way. Unrealistic centres of mass explain a joint or a base that is
+    /// rotated by a large angle. If only the wrist is loaded, a centimetre of its centre of mass is equivalent to a rotation.
+    /// So a large zero error must reduce the residuals of other joints too.
     fn is_needed(&self, one: &MistakeCandidate, as_it_is: &MistakeCandidate, counted: &[usize]) -> bool {
         let mended = counted.iter().filter(|&&j| one.shares[j] < NEEDED_SCALE_RATIO * as_it_is.shares[j]).count();
         match one.changes[..] {

@@ -196,8 +196,8 @@ impl PlacementSearch<'_> {
         let before = self.residual_squares(&left_as_described);
         let idle = idle(&as_described, n);
         let mut left = before;
-        // A robot on a ceiling has the same torques as a robot whose shoulder zero is wrong by half a turn. A wrong base
-        // orientation is more likely, so a change of the base orientation alone is tried first.
+        // A robot on a ceiling has the same torques as a robot whose shoulder zero is wrong by half a turn. Of these two
+        // explanations, a change of the base orientation alone is tried first.
         let by_mount = self.gravity_alone()? * described.norm();
         let left_by_mount = self.residual_squares(&self.residuals(&zeros, &by_mount, usize::MAX));
         if left_by_mount < before {
