@@ -1,4 +1,4 @@
-//! Identifies a robot from logs and makes an `Estimate`.
+//! Identifies a robot from logs and makes an `Estimate` (parameters with standard deviations and residuals).
 //!
 //! `estimators::weighted` solves the least-squares problem; for robust weights, `estimators::huber` then repeats the fit with
 //! new weights of the rows. This module adds standard deviations, errors of cross-validation and remarks.

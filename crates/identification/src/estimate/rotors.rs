@@ -1,4 +1,5 @@
-//! Compares the errors of cross-validation with and without rotor inertias that a model lacks.
+//! Compares two errors of cross-validation: of a model without rotor inertias, and of the same model with the columns of rotor
+//! inertias added.
 //!
 //! Rows with rotor columns also contain all columns of the model without rotor inertias. So one pass over the records is enough
 //! for both models.

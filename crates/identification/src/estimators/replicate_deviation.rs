@@ -1,9 +1,9 @@
 //! Cluster-robust standard deviations, for residuals that are not white noise.
 //!
 //! X: true parameters; W: weighted rows; A = W'W. The error of the estimate x is x - X = sum_r h_r. h_r = A^-1 W_r' e_r is the
-//! contribution of row W_r with the error e_r. White noise gives the covariance s^2 A^-1. The residual of a model is not white,
-//! and most of it is not noise: it repeats whenever the robot is in the same state. Rows that have a common error are a
-//! cluster. The sum of h_r over a cluster counts as one independent random value,
+//! contribution of row W_r with the error e_r. White noise with the standard deviation s gives the covariance s^2 A^-1. The
+//! residual of a model is not white, and most of it is not noise: it repeats whenever the robot is in the same state. Rows that
+//! have a common error are a cluster. The sum of h_r over a cluster counts as one independent random value,
 //!   var x = f sum_g S_g^2,   S_g = (A - k A_g)^-1 W_g' e_g,   A_g = W_g' W_g      [Liang, Zeger 1986]
 //! The fit has absorbed the share A^-1 A_g of the error of cluster g, and k corrects for this. With k = 1, x - S_g is the fit
 //! without the cluster and f = (G - 1) / G for G clusters, which is the jackknife. With k = 1/2, (1 - A^-1 A_g / 2)^-1 equals

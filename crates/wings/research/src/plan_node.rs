@@ -1,9 +1,9 @@
 //! A node of the branch and bound over plans: its evaluation and its split.
 //!
 //! The relaxed design of a node (with fractional numbers of runs) gives an upper bound of log det F (F: information matrix of a
-//! plan). The tangent of log det F at this design, or the tangent of an earlier node with a lower bound, excludes numbers of
-//! runs that cannot give a better plan than the best known one. The node is then split at a candidate whose number of runs is
-//! not determined yet; candidates with a fractional number come first.
+//! plan). The tangent of log det F at this design, or the tangent of an earlier node with a smaller upper bound, excludes
+//! numbers of runs that cannot give a better plan than the best known one. The node is then split at a candidate whose number
+//! of runs is not determined yet; candidates with a fractional number come first.
 
 use std::cmp::Ordering;
 use std::sync::Arc;

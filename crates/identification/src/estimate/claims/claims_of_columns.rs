@@ -1,5 +1,5 @@
-//! Makes claims on the velocity and acceleration columns of a log: whether they agree with the derivatives of position and
-//! velocity.
+//! Makes claims (statements with their evidence) on the velocity and acceleration columns of a log: whether they agree with the
+//! derivatives of position and velocity.
 //!
 //! If a column contains another signal, rist differentiates the positions or velocities instead, and the claim states this
 //! assumption. If a column agrees, the claim states the smallest error that would have been detected. A column that is absent or

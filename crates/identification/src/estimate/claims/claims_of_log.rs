@@ -1,4 +1,5 @@
-//! Makes claims on whether a log agrees with the robot description.
+//! Makes claims (statements with their evidence) on whether a log agrees with the robot description. Slope: measured divided by
+//! nominal torque of a joint. Bodies: the inertial parameters of the links.
 //!
 //! A finding of the log check becomes a claim with the outcome "contradicted" or "cannot tell". Without a contradiction, there
 //! are claims for each joint that its sign, scale and zero agree with the description. Each such claim states the smallest error

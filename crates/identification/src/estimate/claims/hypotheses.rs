@@ -1,5 +1,5 @@
-//! Tests hypotheses at a fit: faults of a log, and rotor inertias that a model lacks. Each is estimated as one additional
-//! unknown u.
+//! Tests hypotheses at a fit. A hypothesis is a possible fault of a log, or a rotor inertia that the model lacks. Each
+//! hypothesis is estimated as one additional unknown u.
 //!
 //! The parameters X are re-fitted in each test, so wrong nominal bodies do not look like a fault. W: regressor; Y_j: row of
 //! joint j; x: fitted parameters; h: column of the unknown, with the entry h_j for joint j (other entries are zero):

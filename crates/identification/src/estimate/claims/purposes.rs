@@ -2,8 +2,8 @@
 //!
 //! Every use needs a good prediction of another motion, and no claim against the log, the residual or the parameters. Signs,
 //! scales, zeros, mount (orientation of the base) and springs must not be contradicted. A sign, scale, zero, mount or spring
-//! that cannot be determined does not lower the trust, because the torques of the log are predicted equally well with and
-//! without it.
+//! that cannot be determined does not lower the trust, because the torques of the log are predicted equally well whether it is
+//! right or wrong.
 //!
 //! With a covariance, the relative torque error of the use must be below `SURE_TORQUE`, and the torque error of each joint
 //! below `SURE_JOINT_TORQUE_ERROR`. A use is refused if its error exceeds `USELESS_TORQUE_ERROR`, or if it needs undetermined

@@ -1,10 +1,11 @@
-//! Derives the findings of a log check from its numbers. The checks have a fixed order, and each check has its own thresholds.
+//! Derives the findings (faults with their evidence) of a log check from its numbers. The checks have a fixed order, and each
+//! check has its own thresholds.
 //!
-//! The first checks need no inertials: dead or saturated torques, a log that is too short, velocities that are not the
-//! derivatives of the positions, negative friction. If the description has inertials, slopes are computed (regression of
-//! measured on nominal torque). The slopes show faults of all torques (wrong unit, currents instead of torques, wrong signs),
-//! faults of one or two joints, faults of gravity (`search`), and delays. If measured and nominal torques disagree and no fault
-//! explains the difference, the log is attributed to another robot.
+//! The first checks need no inertials (inertial parameters of the robot description): dead or saturated torques, a log that is
+//! too short, velocities that are not the derivatives of the positions, negative friction. If the description has inertials,
+//! slopes are computed (regression of measured on nominal torque). The slopes show faults of all torques (wrong unit, currents
+//! instead of torques, wrong signs), faults of one or two joints, faults of gravity (`search`), and delays. If measured and
+//! nominal torques disagree and no fault explains the difference, the log is attributed to another robot.
 
 use linear_model::regressor::Regressor;
 use logs::Suspect;

@@ -1,5 +1,5 @@
 //! Tests whether a suspected fault is needed to explain a log, or whether other bodies than the nominal ones explain the
-//! unchanged log.
+//! unchanged log. Bodies: the inertial parameters of the links; nominal: from the robot description.
 //!
 //! The search for faults (`search`) uses the nominal bodies. Other bodies may explain the log without a fault: for example, a
 //! wrong zero of the last joint is equivalent to a rotation of its body. So the following equations are fitted twice: to the

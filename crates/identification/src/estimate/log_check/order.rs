@@ -3,7 +3,8 @@
 //!
 //! For few joints all permutations are tried. For more joints only common mistakes are tried: joints in alphabetical order,
 //! from the tip to the base, or rotated by some places; two to four limbs in any order; any cycle of three joints. The
-//! permutations are ranked on a subset of the samples, then the misfit of the best one is computed on all samples.
+//! permutations are ranked on a subset of the samples by their misfit, the relative squared error with which the description
+//! predicts the torques. Then the misfit of the best permutation is computed on all samples.
 
 use std::convert::Infallible;
 

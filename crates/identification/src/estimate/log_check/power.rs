@@ -1,9 +1,10 @@
 //! Computes, for a joint, the smallest zero offset that the search for faults would have detected, and the zero offset with
 //! which the description fits best.
 //!
-//! An offset is detectable if it raises the misfit (error) of the description by enough. The search would then have found and
-//! undone it. With a smaller offset u_k of joint k, the description may still fit better. u_k is the minimum of e(u), the
-//! relative error of the description after joint k is turned by u, rad (friction and rotors are fitted):
+//! An offset is detectable if it raises the misfit, the error with which the description predicts the torques, by enough. The
+//! search would then have found and undone this offset. With a smaller offset u_k of joint k, the description may still fit
+//! better. u_k is the minimum of e(u), the relative error of the description after joint k is turned by u, rad (friction and
+//! rotors are fitted):
 //! ```text
 //! u_k = argmin e(u)        reported where e(u_k) < TURNED_ERROR_RATIO e(0)
 //! ```

@@ -1,5 +1,5 @@
-//! Searches for faults of single joints or pairs of joints. A fault is accepted if the description predicts the torques after
-//! the fault is undone in the log.
+//! Searches for faults of single joints or pairs of joints. A fault is accepted if the robot description with its nominal
+//! bodies (inertial parameters) predicts the torques after the fault is undone in the log.
 //!
 //! Each change (one fault undone) is tried on a few hundred samples. The change with the smallest sum of misfits is accepted if
 //! it reduces the sum by enough. The search then continues with this change applied. The zero of a position is searched in

@@ -1,4 +1,5 @@
-//! Tries the findings of a log check: the faults are undone in the log, and the log is checked again.
+//! Tries the findings (faults with their evidence) of a log check: the faults are undone in the log, and the log is checked
+//! again.
 //!
 //! If the second check reveals another fault, this fault is undone too. If no contradiction remains in the end, all undone
 //! faults are reported. Otherwise the report says that the cause is not identified.

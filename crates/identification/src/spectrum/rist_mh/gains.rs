@@ -10,7 +10,7 @@
 //! A row of `fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..), k: present gain, I: current, t: torque of a
 //! known load (other symbols: see `fit`). `estimators::drive_gains` needs a row (coefficients) X + (known) = k' (current) with
 //! the new gain k'. This row is obtained from the row of `fit` as follows: D and t are multiplied by k, and the right-hand
-//! side, w k I except for u, is used as the current.
+//! side, which is w k I apart from the term with u, is used as the current.
 
 use linear_model::friction::periodic::FrictionShape;
 use logs::Error;
