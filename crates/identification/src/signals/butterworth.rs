@@ -299,7 +299,8 @@ mod tests {
         let f = Butterworth::low_pass(4, 10.0, 1000.0).unwrap();
         let line: Vec<f64> = (0..2000).map(|i| 3.0 - 0.01 * i as f64).collect();
         let passed = f.zero_phase(vec![line.clone()]).remove(0);
-        // The ends are not compared: the padding of fifteen samples is shorter than the transient of the filter.
+        // Samples near the ends are not compared, because the padding of fifteen samples is shorter than the transient of the
+        // filter.
         let worst = (800..1200).map(|i| (passed[i] - line[i]).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-9, "a straight line passes: {worst}");
         let wave: Vec<f64> = (0..4000).map(|i| (2.0 * std::f64::consts::PI * 10.0 * i as f64 / 1000.0).sin()).collect();

@@ -147,8 +147,8 @@ impl<'a> HarmonicData<'a> {
         Some(found)
     }
 
-    /// Searches for the effect that the model lacks if the residual exceeds the noise. A named cause explains at least half of
-    /// the excess.
+    /// Searches for the effect that the model lacks if the residual exceeds the noise. A cause is named only if it explains at
+    /// least half of the misfit.
     pub(crate) fn explain(&self, found: &mut HarmonicEstimate, fit: &IterationState, options: &HarmonicOptions) {
         if found.misfit.is_beyond_noise() {
             found.cause = self.cause(fit, &found.misfit, options);
