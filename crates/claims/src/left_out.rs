@@ -51,7 +51,8 @@ pub enum LeftOutReason {
 pub struct LeftOut {
     /// The topic of the requirement.
     pub matter: LeftOutTopic,
-    /// Names of the coordinates, links or pairs of links that the requirement concerns. Empty: all of them.
+    /// Names of the coordinates, links or pairs of links that the requirement concerns. If the list is empty, the requirement
+    /// concerns all coordinates, links or pairs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub of: Vec<String>,
     /// The reason why the requirement is not covered.

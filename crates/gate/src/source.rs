@@ -135,7 +135,8 @@ impl RandomAccessFile {
     }
 
     fn locked(&self) -> MutexGuard<'_, RegularFile> {
-        // The lock is used even after a panic of another thread: the state is valid, because every read seeks first.
+        // The lock is used even if another thread panicked while it held the lock. The file position that this thread left does
+        // not matter, because every read first sets its own position.
         self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

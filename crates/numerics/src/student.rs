@@ -103,7 +103,8 @@ fn nonzero(x: f64, tiny: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The probabilities equal the values of Abramowitz, Stegun, table 26.9, and F with (1, n) degrees of freedom equals t^2.
+    /// The probabilities equal the values in Abramowitz, Stegun, table 26.9. With (1, n) degrees of freedom, F is the square of
+    /// Student's t with n degrees of freedom.
     #[test]
     fn f_is_that_of_the_tables() {
         for (f, m, n, q) in [(3.10, 3.0, 20.0, 0.05), (4.94, 3.0, 20.0, 0.01), (2.53, 4.0, 60.0, 0.05)] {

@@ -17,7 +17,7 @@
 //! gravity torque. So the error is divided by the rms gravity torque, but by at least `GRAVITY_REFERENCE_SHARE` times the
 //! torque of motion.
 //!
-//! Errors of the model are not included, since the covariance does not contain them.
+//! Errors of the model are not included, since the covariance does not contain such errors.
 
 use linear_model::linear_model::Model;
 use linear_model::regressor::predict_load;

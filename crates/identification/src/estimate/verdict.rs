@@ -27,7 +27,7 @@ use crate::estimate::torque_error::{TorqueError, Use};
 
 pub use claims::Trust;
 
-/// The verdict on an estimate or a validation. It is printed at the end of a report.
+/// The verdict on an estimate or a validation. The verdict is printed at the end of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The lowest trust for all uses of torques (gravity compensation, feedforward).
@@ -166,7 +166,8 @@ impl Verdict {
         })
     }
 
-    /// The trust for bodies, and the reasons to refuse them. If no bodies were requested, the overall trust.
+    /// The trust in the identified bodies, and the reasons to refuse the bodies. If no bodies were requested, the trust is the
+    /// overall trust.
     pub fn of_bodies(&self) -> (Trust, Vec<String>) {
         let trust = self.uses.get(Use::ALL.len()).map_or(self.trust, |bodies| bodies.trust.min(self.trust));
         let lowered = lowering(&self.claims, &bodies_purpose());
@@ -215,7 +216,7 @@ fn not_yet_identified(claim: Claim, others: &[Claim]) -> Option<Claim> {
     (!open.is_empty()).then(|| Claim::new(Subject::of(subject.topic, open), claim.outcome().clone()))
 }
 
-/// The claims on the identified bodies. Most are reasons to refuse them.
+/// The claims on the identified bodies. Most of these claims are reasons to refuse the bodies.
 fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let Some(bodies) = evidence.bodies else { return Vec::new() };
     let against = |topic: Topic, fault: String, advice: &str| {
@@ -249,7 +250,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let what = "the force at rest is weight: an additional offset of the drive does not show";
     let assumed = Outcome::Assumed { what: what.into(), by: "default".into() };
     claims.extend((!bodies.weighed.is_empty()).then(|| Claim::new(at(BODIES, &bodies.weighed), assumed)));
-    // The bodies are refused if the nominal parameters predict as well as the identified parameters.
+    // The bodies are refused if the nominal parameters predict at least as well as the identified parameters.
     if let (Some(described), Some(held_out)) = (evidence.described, evidence.prediction.held_out)
         && described <= held_out
     {

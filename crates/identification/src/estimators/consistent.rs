@@ -3,12 +3,13 @@
 //! minimise  1/(2 s) |R (B phi, f) - z|^2 + 1/2 sum_i (f_i / sd_i)^2
 //!           + gamma sum_j [tr(P0_j^-1 P_j) - log det(P0_j^-1 P_j) - 4]   over P_j > 0, IA >= 0
 //!
-//! R, z: the triangle of the data, whitened (residual of unit variance); phi: standard parameters (ten of each body); X = B
-//! phi: base parameters; f: friction; P_j: pseudo-inertia of body j, P0_j: pseudo-inertia of its reference body; IA: rotor
-//! inertias. The last term is the entropic (log-determinant) divergence from the reference bodies [Lee, Wensing, Park 2020].
-//! This term regularises parameters that the data do not determine. The logarithm in this term is also the barrier that keeps
-//! every P_j > 0, so the problem is convex and unconstrained inside the cone. With gamma = 1e-3 the term counts as a thousandth
-//! of a unit of log-likelihood: the solution then equals least squares if least squares is consistent.
+//! R, z: the triangle of the data (R of the QR decomposition of the rows, z: its right-hand side), whitened (residual of unit
+//! variance); phi: standard parameters (ten of each body); X = B phi: base parameters; f: friction; P_j: pseudo-inertia of body
+//! j, P0_j: pseudo-inertia of its reference body; IA: rotor inertias. The last term is the entropic (log-determinant)
+//! divergence from the reference bodies [Lee, Wensing, Park 2020]. This term regularises parameters that the data do not
+//! determine. The logarithm in this term is also the barrier that keeps every P_j > 0, so the problem is convex and
+//! unconstrained inside the cone. With gamma = 1e-3 the term counts as a thousandth of a unit of log-likelihood: the solution
+//! then equals least squares if least squares is consistent.
 //!
 //! The last term acts as a prior and biases the solution, so chi^2 exceeds the minimum over all bodies. The logarithms alone
 //! raise chi^2/2 by at most gamma (4 bodies + rotors). If the reference is far from the data, the excess is larger. Therefore
@@ -30,7 +31,8 @@ use crate::estimators::barrier::{BarrierStatus, CentralPath, Problem};
 /// The prior knowledge of bodies and friction.
 #[derive(Clone, Debug)]
 pub struct Prior {
-    /// Reference parameters XX .. M of each body, in the order of `StandardMap::bodies`. `None`: a ball of mass `scale`.
+    /// Reference parameters XX .. M of each body, in the order of `StandardMap::bodies`. `None`: the parameters are unknown;
+    /// the reference is a ball of mass `scale`.
     pub bodies: Vec<Option<Ten>>,
     /// Mass of the ball (radius of gyration 0.1 m) that replaces unknown bodies, kg.
     pub scale: f64,

@@ -24,7 +24,7 @@ pub const PARTS_OF_TIME: usize = 48;
 /// Approximate largest number of examined samples. If a log is longer, every k-th sample is used.
 const MAX_EXAMINED_SAMPLES: usize = 4000;
 
-/// Correlations of the identifiable parameters, and partial leverage of the rows on them.
+/// Correlations of the identifiable parameters, and partial leverage of the rows on these parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Information {
     /// The p parameters that the data determine.
@@ -52,8 +52,8 @@ pub(super) struct InformationSums {
 }
 
 impl InformationSums {
-    /// Makes empty sums. `joints`: one triangle per joint with the rows of all logs, from which C is computed. `duration`: length
-    /// of the common time axis, s.
+    /// Makes empty sums. `joints`: for each joint, the triangle (R of QR) of the rows of all logs; C is computed from the
+    /// triangles. `duration`: length of the common time axis, s.
     pub(super) fn new(model: &Model, joints: &[Triangle], options: &Options, duration: f64) -> InformationSums {
         let (Solution { determined, inverse, .. }, weights) = fit(joints, options.weights);
         let p = model.p();

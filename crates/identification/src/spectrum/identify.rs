@@ -30,8 +30,8 @@ use crate::spectrum::words::{misfit_remarks, size_words};
 /// The method of identification from experiments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpectralMethod {
-    /// The method of [Vandanjon, Gautier, Desbats 1995] (module `paper`): one row per harmonic, its real or its imaginary part;
-    /// no friction columns.
+    /// The method of [Vandanjon, Gautier, Desbats 1995] (module `paper`): one row per harmonic, either the real or the
+    /// imaginary part of the harmonic; no friction columns.
     Paper,
     /// The rows of `Paper`; the drive gains are estimated by total least squares.
     TotalLeastSquares,

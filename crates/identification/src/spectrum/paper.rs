@@ -48,7 +48,7 @@ pub fn paper_rows(
 }
 
 /// Least squares on the rows of several experiments. `periodic[i]`: whether experiment i is periodic (no sweep); `samples[i]`:
-/// number of its samples.
+/// number of samples of experiment i.
 pub fn paper_estimate(
     blocks: &[EquationBlock],
     periodic: &[bool],

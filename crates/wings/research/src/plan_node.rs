@@ -20,7 +20,8 @@ const MULTIPLICATIVE_STEPS: usize = 300;
 const SMALLEST_KEPT_RUNS: f64 = 0.01;
 /// Largest number of Newton steps for one node. The steps start at the design of the parent node.
 const MAX_NEWTON_STEPS: usize = 12;
-/// Largest number of moves in the ascent that computes how much log det F decreases by a split.
+/// Largest number of moves (shifts of runs between two candidates) in the ascent that computes how much a split decreases log
+/// det F.
 const MAX_SPLIT_LOSS_MOVES: usize = 40;
 /// A number of runs counts as an integer if it differs from an integer by less than this tolerance.
 const WHOLE_RUNS_TOLERANCE: f64 = 1e-4;

@@ -53,7 +53,7 @@ pub(super) fn residual_share(log: &Wrenches, found: &WrenchLoad) -> f64 {
 /// `as_given`: relative residual of the log without a change.
 pub(super) fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
     let plain = Corrections::default();
-    // Drivers of sensors usually differ in these conventions. Each is one correction.
+    // Drivers of sensors usually differ in the following conventions. Each convention is tested as one correction.
     let mut all = vec![
         ("the first number of the quaternions is w".into(), Corrections { scalar_first: true, ..plain }),
         (

@@ -164,7 +164,7 @@ impl<'a> HeaderNames<'a> {
         words.iter().find_map(|w| self.ending(w))
     }
 
-    /// The columns with these headers. Fails if one is missing.
+    /// The columns with these headers. Fails if a header is missing.
     fn given(&self, headers: &[String]) -> Result<Vec<WrenchTableColumn>, Error> {
         let column = |name: &String| {
             let index = self.table.header.iter().position(|header| header == name);

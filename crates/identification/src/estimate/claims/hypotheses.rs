@@ -187,7 +187,7 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
     all.iter().enumerate().map(test).collect()
 }
 
-/// Indices of the columns among the first p that, combined, give column c.
+/// Indices of those of the first p columns whose linear combination gives column c.
 fn explaining(triangle: &Triangle, p: usize, c: usize) -> Vec<usize> {
     let least = WITHIN_COLUMN_SHARE * triangle.column_norm(c);
     let made_of = coefficients(triangle, p, c);

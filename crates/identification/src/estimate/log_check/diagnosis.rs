@@ -351,7 +351,8 @@ impl DiagnosisInput<'_> {
             joints.push("all joints".into());
         }
         let finding = Finding::of(found.fault(), joints, evidence, TORQUES_WITH_GRAVITY);
-        // A change of the log cannot restore the gravity that was subtracted.
+        // If gravity was subtracted from the torques, no change of the log can restore gravity, so such a finding has no
+        // changes.
         let is_in_log = found.changes.iter().all(|change| change.of != GravityCompensated);
         if is_in_log { finding.undone_by(found.changes.clone()) } else { finding }
     }

@@ -205,7 +205,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Positions that are normalised to the range of each joint, from this number, in words.
+/// A sentence for the output: the positions are normalised to the range of each joint, from the number `from` to 100.
 fn normalised(from: i32) -> String {
     format!("the positions are normalised: {from} to 100 of the range of each joint")
 }

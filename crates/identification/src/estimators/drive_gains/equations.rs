@@ -1,9 +1,9 @@
 //! The equations of one joint in currents, (D X + t) / k = I + noise, which `likelihood` solves. D: rows of the regressor, X:
 //! parameters, t: torque of a known load, k: drive gain, I: currents.
 //!
-//! Nuisance parameters such as friction are eliminated by a triangle in which their columns come first. The rows of the
-//! triangle below these columns contain all information on the other parameters. The last diagonal entry of the triangle is the
-//! norm of the residual.
+//! Nuisance parameters such as friction are eliminated by a triangle (R of the QR decomposition of the rows) in which the
+//! columns of the nuisance parameters come first. The rows of the triangle below these columns contain all information on the
+//! other parameters. The last diagonal entry of the triangle is the norm of the residual.
 
 use numerics::triangle::TriangleBuilder;
 use numerics::vector::dot;

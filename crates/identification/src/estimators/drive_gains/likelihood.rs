@@ -178,7 +178,7 @@ fn check_scale(joints: &[JointEquations], known: &[Gain]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Least squares in torque, from which Gauss-Newton starts. Returns (X, gains).
+/// Solves least squares with residuals in torque; Gauss-Newton starts from this solution. Returns (X, gains).
 ///
 /// A free gain is the coefficient of the noisy currents of its joint, and an expected gain is fixed. If no gain is known or
 /// expected, the gain of the joint with the largest current is set to 1, and the coefficient of the known torque gives the common
@@ -279,7 +279,7 @@ pub(crate) mod tests {
 
     pub(crate) const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
     pub(crate) const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];
-    /// Parameters of the load. In experiments with the load, the true parameters are `TRUTH` plus these.
+    /// Parameters of the load. In experiments with the load, the true parameters are `TRUTH` + `LOAD`.
     pub(crate) const LOAD: [f64; 5] = [0.2, 0.0, 0.1, 0.8, 0.3];
     pub(crate) const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 

@@ -55,7 +55,7 @@ fn noise_scale(basis: &DMatrix<f64>, column: impl Fn(usize) -> usize, columns: u
     (0..columns).map(|c| 1.0 / of_column(c).max(SMALLEST_NOISE_VARIANCE).sqrt()).collect()
 }
 
-/// Gains, N m/A, and parameters by total least squares. An expected gain is treated as free.
+/// Estimates gains, N m/A, and parameters by total least squares. An expected gain is treated as free.
 ///
 /// `None` if there are too few equations, or if the equations do not determine the common scale of gains and parameters.
 pub fn gains_by_total_least_squares(

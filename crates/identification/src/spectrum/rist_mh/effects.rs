@@ -79,6 +79,7 @@ pub struct EffectSize {
     pub effect: Effect,
     /// Values of the unknowns of the effect. A delay does not include `delay` of [`Band`](crate::spectrum::harmonics::Band).
     pub values: Vec<f64>,
-    /// Standard deviations of the unknowns. They are valid for the noise that is contained in the weights of the fit.
+    /// Standard deviations of the unknowns. The standard deviations are valid for the noise that is contained in the weights of
+    /// the fit.
     pub deviations: Vec<f64>,
 }
