@@ -1,4 +1,5 @@
-//! A claim: a subject (such as the zero of a joint) with the outcome of its check.
+//! A claim: a statement with its evidence. A claim has a subject (such as the zero of joint q2) and the outcome of the check of
+//! this subject. The outcome contains the evidence and determines the level of evidence of the claim.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! Numbers with their unit, and bounds of quantities, printed with few digits.
+//! Numbers with their unit, and bounds of quantities, as claims (statements with their evidence) contain and print them.
 
 use std::fmt;
 

@@ -1,5 +1,5 @@
-//! Requirements that a proof does not cover. Each is either assumed, with the source of the assumption, or unchecked, with the
-//! reason.
+//! Requirements that a proof does not cover. Each requirement is either assumed to hold, with the source of the assumption, or
+//! unchecked, with the reason.
 
 use serde::{Deserialize, Serialize};
 
@@ -51,7 +51,8 @@ pub enum LeftOutReason {
 pub struct LeftOut {
     /// The topic of the requirement.
     pub matter: LeftOutTopic,
-    /// Names of the coordinates, links or pairs of links that the requirement concerns. Empty: all of them.
+    /// Names of the coordinates, links or pairs of links that the requirement concerns. If the list is empty, the requirement
+    /// concerns all coordinates, links or pairs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub of: Vec<String>,
     /// The reason why the requirement is not covered.
@@ -78,7 +79,8 @@ impl LeftOut {
         LeftOut { matter, of, why, is_asked: false }
     }
 
-    /// Makes the unchecked requirement of the paths to the first pose and from the last pose. They are not part of a motion.
+    /// Makes the unchecked requirement of the paths to the first pose and from the last pose. These paths are not part of the
+    /// proven motion.
     pub fn approach() -> LeftOut {
         LeftOut::not_looked_at(
             LeftOutTopic::Approach,

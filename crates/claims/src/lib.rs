@@ -1,16 +1,16 @@
-//! Claims on a log, an estimate, a model, a motion or a plan, each with its evidence.
+//! Claims on a log, an estimate, a model, a motion or a plan. A claim is a statement together with the evidence for it.
 //!
 //! | outcome | says | carries | level of evidence |
 //! |---|---|---|---|
-//! | proven | it holds for every state or instant | the bound, and the method that derives it again | `Proven` |
-//! | agrees | the data show no fault | the smallest fault that they would have shown | `Agreed` |
-//! | assumed | it is taken for true | the assumption and its source | `Assumed` |
+//! | proven | the statement holds for every state or instant | the bound, and the method that derives it again | `Proven` |
+//! | agrees | the data show no fault | the smallest fault that the data would have shown | `Agreed` |
+//! | assumed | the statement is assumed to be true | the assumption and its source | `Assumed` |
 //! | cannot tell, not looked at | the data do not decide; it was not checked | the reason; data that would decide | `Open` |
 //! | contradicted | there is a fault | the fault, its remedy, and the effect of the remedy if it was tried | `Refused` |
 //!
 //! A [`Purpose`] needs claims about certain subjects. [`worst`] gives its level of evidence: the lowest level among these
-//! claims. A needed subject without a claim counts as open. The exit code, the trust and the word "proven" follow only from this
-//! level. Claims about other subjects do not lower it.
+//! claims. A needed subject without a claim counts as open. The exit code, the trust and the word "proven" follow only from
+//! this level. Claims about other subjects do not lower this level.
 //!
 //! A claim cannot be made without evidence: an outcome without the fields of its evidence does not compile. An empty text or a
 //! number that is not finite is not evidence, and [`Claim::new`] replaces it by "cannot tell". Claims are written to files but

@@ -1,4 +1,5 @@
-//! Outcomes of checks, with their evidence.
+//! Outcomes of checks. Each outcome contains its evidence: a bound, a number, a reason, or a fault with its remedy. An outcome
+//! and its subject make a claim.
 
 use std::fmt;
 
@@ -18,10 +19,10 @@ pub enum Outcome {
         /// The method by which the bound can be derived again, as a noun: `interval arithmetic over each period`.
         derivation: String,
     },
-    /// The data agree with the statement: they would have shown a fault of the size `smallest`.
+    /// The data agree with the statement: the check would have detected a fault of the size `smallest`.
     Agrees {
-        /// The smallest fault that the check would have detected at every joint of the subject. Infinite if it would have
-        /// detected no fault.
+        /// The smallest fault that the check would have detected at every joint of the subject. Infinite if the check would
+        /// have detected no fault, however large.
         smallest: Figure,
     },
     /// The statement is assumed to hold.
@@ -49,9 +50,9 @@ pub enum Outcome {
     Contradicted {
         /// The fault, as a clause: `it is off by 3 deg`.
         fault: String,
-        /// The request that removes the fault: a command of the program with its fields.
+        /// The command of the program that removes the fault, with its options.
         remedy: Remedy,
-        /// Whether the remedy was tried, and its effect.
+        /// Whether the remedy was tried, and the effect of the remedy.
         trial: Trial,
     },
 }

@@ -1,4 +1,5 @@
-//! Purposes of a user, such as gravity compensation, and the subjects of claims that each purpose needs.
+//! Purposes of a user, such as gravity compensation. A purpose has a level of evidence, which follows from the claims
+//! (statements with their evidence) about certain subjects. Each subject that a purpose needs is a [`Need`].
 
 use crate::claim::Claim;
 use crate::standing::EvidenceLevel;
@@ -49,8 +50,7 @@ impl Need {
         Need { subject, kind: NeedKind::Uncontradicted }
     }
 
-    /// Whether `claims` contains a claim about the subject and, if the subject names joints, a claim about each of these
-    /// joints.
+    /// Whether `claims` contains a claim about the subject and, if the subject names joints, a claim about each named joint.
     pub(crate) fn has_claims(&self, claims: &[Claim]) -> bool {
         let about = |name: &String| {
             let part = Subject::of(self.subject.topic, [name]);

@@ -1,4 +1,5 @@
-//! Remedies: requests that remove a fault that a check has found.
+//! Remedies for faults that a check has found. A remedy is a request: a command of the program (step) with its options, which
+//! are called fields.
 
 use std::fmt;
 
@@ -6,11 +7,11 @@ use serde::Serialize;
 
 use crate::figure::Figure;
 
-/// A request that removes a fault: a command of the program (step), and fields of its request. The command line and Python each
+/// A request that removes a fault: the command to run (`step`) and its options (`fields`). The command line and Python each
 /// print the fields in their own syntax.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Remedy {
-    /// The name of the command (step): `identify`.
+    /// The name of the command: `identify`.
     pub step: String,
     /// Names of fields of the request, each with its value as YAML: `0.02`, `auto`, `[q2, q3]`.
     pub fields: Vec<(String, String)>,

@@ -1,4 +1,5 @@
-//! The rule for the level of evidence of a purpose: the worst claim about a needed subject decides.
+//! The rule for the level of evidence of a purpose, such as gravity compensation. A claim is a statement with its evidence. Of
+//! all claims about the subjects that the purpose needs, the claim with the lowest level of evidence decides.
 
 use crate::claim::Claim;
 use crate::purpose::Purpose;

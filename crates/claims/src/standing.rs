@@ -1,4 +1,5 @@
-//! The level of evidence of claims. The exit code of the program, the trust, and the word "proven" follow from this level.
+//! The level of evidence of claims (statements with their evidence) for a purpose of the user, such as gravity compensation.
+//! The exit code of the program, the trust, and the word "proven" follow from this level.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! Subjects of claims: a topic, and the joints or links that it concerns.
+//! Subjects of claims: the topic of a check, and the joints or links that the check concerns.
 
 use std::fmt;
 

@@ -1,8 +1,8 @@
 //! Records the files that were opened, so that no output overwrites one of them.
 //!
-//! [`Source::open`](crate::source::Source::open) records every file with its input. The input of a file is the description or the
-//! log that is being read when the file is opened ([`with`]). A program with one task needs the list of all files; a long-lived
-//! process needs the list for some inputs. A [`glance`](crate::source::glance) does not record a file.
+//! [`Source::open`](crate::source::Source::open) records every file with its input. The input of a file is the description or
+//! the log that is being read when the file is opened ([`with`]). A program with one task asks for all recorded files; a
+//! long-lived process asks only for the files of some inputs. A [`glance`](crate::source::glance) does not record a file.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,7 +13,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 static OPENED: Mutex<BTreeMap<PathBuf, BTreeSet<PathBuf>>> = Mutex::new(BTreeMap::new());
 
 thread_local! {
-    /// The inputs that this thread is reading. If an input is read within another, the outermost is first.
+    /// The inputs that this thread is reading. If the reading of one input starts the reading of another input, the outer input
+    /// comes first.
     static READ_NOW: RefCell<Vec<PathBuf>> = const { RefCell::new(Vec::new()) };
 }
 
@@ -26,7 +27,8 @@ pub fn with<T>(input: &Path, work: impl FnOnce() -> T) -> T {
     outcome
 }
 
-/// Records a file that is opened, or that a description names. It belongs to all inputs that this thread is reading.
+/// Records a file that is opened, or that a description names. The file belongs to all inputs (descriptions, logs) that this
+/// thread is reading.
 pub fn note(path: &Path) {
     READ_NOW.with_borrow(|now| opened().entry(full(path)).or_default().extend(now.iter().cloned()));
 }

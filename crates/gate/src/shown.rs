@@ -73,12 +73,14 @@ pub fn markdown(text: &str) -> String {
     out
 }
 
-/// The text as one line of Markdown code, in a table cell too: a bar is escaped, and a backtick becomes an apostrophe.
+/// The text as one line of Markdown code, which is also valid in a table cell: a bar is escaped, and a backtick becomes an
+/// apostrophe.
 pub fn markdown_code(text: &str) -> String {
     format!("`{}`", line(text).replace('`', "'").replace('|', "\\|"))
 }
 
-/// The name as one CSV cell. It is in quotation marks if it contains a delimiter, a quotation mark, `#` or outer blanks.
+/// The name as one CSV cell. The cell is in quotation marks if the name contains a delimiter, a quotation mark, `#` or outer
+/// blanks.
 pub fn csv_cell(name: &str) -> Cow<'_, str> {
     let name = line(name);
     let is_quoted = name.contains([',', ';', '"', '#']) || name.trim() != name;

@@ -1,11 +1,11 @@
 //! Reads the bytes of a file or of a pipe, up to a maximum.
 //!
-//! A regular file is read to the length that it had when it was opened. Bytes that a recorder appends later are not read. If the
-//! file was overwritten during the read, the last read fails, because the bytes are a mixture of two versions. A file counts as
-//! overwritten in three cases: it has become shorter; it has the same length and another modification time; or it has become
-//! longer and its first or last `COMPARED_BYTES`, which are read again, differ. A file with an index at its end is read in
-//! blocks; the same check is made after the last block. A pipe has no length. It is read to its end, up to the maximum of its
-//! reader.
+//! A regular file is read to the length that it had when it was opened. Bytes that a recorder appends later are not read. If
+//! the file was overwritten during the read, the last read fails, because the bytes are a mixture of two versions. A file
+//! counts as overwritten in three cases: it has become shorter; it has the same length and another modification time; or it has
+//! become longer and its first or last `COMPARED_BYTES`, which are read again, differ. A file with an index at its end is read
+//! in blocks; the same check is made after the last block. A pipe has no length, so a pipe is read to its end, up to the
+//! maximum of its reader.
 
 use std::fs::{File, Metadata};
 use std::io::{self, Read, Seek, SeekFrom};
@@ -135,7 +135,8 @@ impl RandomAccessFile {
     }
 
     fn locked(&self) -> MutexGuard<'_, RegularFile> {
-        // The lock is used even after a panic of another thread: the state is valid, because every read seeks first.
+        // The lock is used even if another thread panicked while it held the lock. The file position that this thread left does
+        // not matter, because every read first sets its own position.
         self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -150,8 +151,8 @@ pub fn system_file_head(path: &Path, most: usize) -> io::Result<Vec<u8>> {
     Source::of(File::open(path)?).head(most)
 }
 
-/// Reads the first `most` bytes of a regular file without recording it as an input. `None` if it is no regular file: opening a
-/// pipe here would take its bytes from the later reader.
+/// Reads the first `most` bytes of a regular file without recording it as an input. `None` if the file is not a regular file:
+/// bytes of a pipe that are read here would be missing for the later reader.
 pub fn glance(path: &Path, most: usize) -> Option<Vec<u8>> {
     // Opening a pipe without a writer would block for ever.
     if !std::fs::metadata(path).is_ok_and(|found| found.is_file()) {

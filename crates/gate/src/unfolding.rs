@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::budget::Budget;
 
-/// A counter of the compressed bytes that were read. All clones share it.
+/// A counter of the compressed bytes that were read. All clones share one count.
 #[derive(Clone, Debug, Default)]
 pub struct PackedBytes(Arc<AtomicUsize>);
 

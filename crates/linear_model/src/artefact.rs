@@ -1,12 +1,12 @@
-//! The first line of every YAML file that rist writes (artefact: estimate, plan, motion, ..): its kind, the version of its
-//! format, and a checksum.
+//! The first line of every YAML file that rist writes. Such a file is called an artefact (estimate, plan, motion, ..). The line
+//! has the kind of the artefact, the version of its format, and a checksum.
 //!
 //! ```text
 //! rist: motion 1 8a41f00c5be7d913
 //! ```
-//! The checksum is computed from the lines below and detects changes of the file. If it does not match, the user is warned that
-//! the file was changed after rist wrote it. The checksum is not a signature: anybody can compute a new one. A file of an earlier
-//! version of rist has no such line. It is read with a warning, because changes cannot be detected.
+//! The checksum is computed from all other lines and detects changes of the file. If the checksum does not match, the user is
+//! warned that the file was changed after rist wrote it. The checksum is not a signature: anybody can compute a new one. A file
+//! of an earlier version of rist has no such line. Such a file is read with a warning, because changes cannot be detected.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -105,8 +105,8 @@ impl Checksum {
     }
 }
 
-/// Word that is written instead of a checksum if the artefact was read from a file with a wrong or missing checksum. It never
-/// matches.
+/// Word that is written instead of a checksum if the artefact was read from a file with a wrong or missing checksum. This word
+/// never matches a checksum, so the new file counts as changed too.
 const NO_CHECKSUM: &str = "changed";
 
 /// The text of an artefact with its first line. `seal`: result of the checksum test of the file from which the artefact was

@@ -1,4 +1,5 @@
-//! Base regressors whose code the package `generated` compiles into the program.
+//! Base regressors whose code is compiled into the program, from the package `generated`. Such a regressor is found by its
+//! fingerprint, a hash of the base regressor of a robot.
 
 use generated::Eight;
 

@@ -1,4 +1,5 @@
-//! The options with which the description of a robot was read. The file and these options together give the same model again.
+//! The options with which the description of a robot was read. The file (URDF, xacro, MJCF, ..) and these options together give
+//! the same model again.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,5 @@
-//! The interface of a base regressor that also computes derivatives with respect to q, dq and ddq.
+//! The interface of a base regressor Y(q, dq, ddq) that also computes derivatives with respect to q, dq and ddq. n: number of
+//! coordinates; p: number of base parameters X; the torques are Y X.
 
 use crate::regressor::Regressor;
 
@@ -8,7 +9,8 @@ pub trait DifferentiableRegressor: Regressor {
     /// `states`: in the order of [`Regressor::fill_many`]; `weights`: w, n x p per state, row by row.
     fn pull_back(&self, states: &[f64], weights: &[f64], gradient: &mut [f64]);
 
-    /// The function that computes the torques Y X for the parameters X, N m (N). It is much faster than the computation of Y.
+    /// The function that computes the torques Y X for the parameters X, N m (N). This function is much faster than the
+    /// computation of Y.
     fn torques(&self, parameters: &[f64]) -> Box<dyn DifferentiableTorques + '_>;
 }
 

@@ -1,4 +1,5 @@
-//! Labels in names of parameters. A label follows the letters: the number of a link or coordinate, or `_` and a word.
+//! Labels in names of parameters. A name is the letters of the parameter, then a label: the number of a link or coordinate
+//! (`FV3`), or `_` and a word (`FV_elbow`).
 
 use std::fmt;
 use std::str::FromStr;

@@ -1,6 +1,7 @@
 //! The observation equation of one sample: tau_j = (Y(q, dq, ddq))_j X + friction_j + coupling_j.
 //!
-//! The parameters are the base parameters, then the friction of each joint, then the couplings of the transmission.
+//! The parameters are the base parameters, then the friction of each joint, then the couplings of the transmission. W is the
+//! observation matrix: one row per sample and joint, one column per parameter.
 //!
 //! tau is the measured torque after the removal of known scales s and known springs k of the transmission:
 //!
@@ -41,7 +42,7 @@ pub struct Model<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// Makes a model. Its columns are the base parameters, then friction by joint, then couplings.
+    /// Makes a model. The columns of W are in the order: base parameters, friction joint by joint, couplings.
     pub fn new(regressor: &'a dyn Regressor, friction: &'a [FrictionTerm], couplings: &[Coupling]) -> Model<'a> {
         let mut parameters: Vec<Parameter> = regressor.parameters().iter().map(Parameter::from).collect();
         for (j, coordinate) in regressor.coordinates().iter().enumerate() {

@@ -117,8 +117,8 @@ impl<'de> Deserialize<'de> for ParameterId {
     }
 }
 
-/// A base parameter: the parameter of one column of the base regressor. It is named after one link; the joint of that link
-/// determines the other fields.
+/// A base parameter: the parameter of one column of the base regressor. The parameter is named after one link; the joint of
+/// this link determines the other fields.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameter {
     /// The name of the parameter.

@@ -55,8 +55,8 @@ pub fn parameters(p: &Matrix4<f64>) -> Ten {
     ]
 }
 
-/// The smallest eigenvalue of the pseudo-inertia of a body. It has no single unit, because the matrix contains kg m^2, kg m and
-/// kg.
+/// The smallest eigenvalue of the pseudo-inertia of a body. The eigenvalue has no single unit, because the entries of the
+/// matrix have the units kg m^2, kg m and kg.
 pub fn smallest_eigenvalue(x: &Ten) -> f64 {
     pseudo_inertia(x).symmetric_eigenvalues().min()
 }
@@ -125,8 +125,8 @@ mod tests {
 
     #[test]
     fn the_widely_copied_puma_link_three_is_no_body() {
-        // Inertia (.066, .0125, .086) kg m^2 of link 3 of the PUMA 560 in Armstrong, Khatib, Burdick 1986. It violates the
-        // triangle inequality.
+        // Inertia (.066, .0125, .086) kg m^2 of link 3 of the PUMA 560 in Armstrong, Khatib, Burdick 1986. This inertia
+        // violates the triangle inequality.
         let x = [0.066, 0.0, 0.0, 0.0125, 0.0, 0.086, 0.0, 0.0, 0.0, 4.8];
         assert!(smallest_eigenvalue(&x) < 0.0);
         assert!(centroidal(&[0.0; 10]).is_none());

@@ -1,4 +1,5 @@
-//! The entry of an artefact (file of rist) that identifies the robot for which it was made.
+//! The entry of an artefact (file of rist) that identifies the robot for which the artefact was made: name and fingerprint. The
+//! fingerprint is a hash of the base regressor.
 
 use serde::{Deserialize, Serialize};
 

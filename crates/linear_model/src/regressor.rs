@@ -1,4 +1,5 @@
-//! The regressor: the interface through which identification uses the dynamics of a robot.
+//! The regressor Y: the interface through which identification uses the dynamics of a robot, tau = Y(q, dq, ddq) X. X: base
+//! parameters, the smallest set of inertial parameters that determines the torques tau.
 
 pub use generated::Eight;
 

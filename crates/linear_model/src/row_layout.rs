@@ -8,7 +8,7 @@ use crate::regressor::Regressor;
 /// The positions of all entries of one sample in a block.
 #[derive(Clone, Debug)]
 pub struct RowLayout {
-    /// Number of stored entries of the regressor. They come first.
+    /// Number of stored entries of the regressor. These entries come first in a sample.
     pub base: usize,
     /// For each joint, the columns of its row and their positions.
     pub joints: Vec<JointEntries>,
@@ -24,7 +24,7 @@ pub struct RowLayout {
 pub struct JointEntries {
     /// The columns on which the torque of the joint can depend: base parameters ascending, then friction, then couplings.
     pub columns: Vec<usize>,
-    /// For each of `columns`, the position of its entry; after them, the position of the torque.
+    /// The position of the entry of each column in `columns`; the last number is the position of the torque.
     pub places: Vec<usize>,
     /// The position of the first friction entry of the joint.
     pub friction: usize,

@@ -1,4 +1,5 @@
-//! The numerical map from standard parameters to base parameters: X = B phi.
+//! The matrix B from standard parameters phi to base parameters X = B phi. Standard parameters: ten inertial parameters of each
+//! link, and rotor inertias. Base parameters: the linear combinations of them that the torques determine.
 
 use nalgebra::DMatrix;
 

@@ -1,4 +1,5 @@
-//! The samples of one record, as inputs of the model.
+//! States: the samples of one record (segment of a log), as inputs of the model: q, dq, ddq, measured torques tau, and the
+//! direction of motion of each joint.
 
 use crate::friction::terms::FrictionTerm;
 

@@ -1,4 +1,4 @@
-//! The SI units of parameters.
+//! The SI units of parameters, for revolute and for prismatic joints.
 
 use std::fmt;
 use std::str::FromStr;
@@ -39,8 +39,8 @@ impl Unit {
     /// The unit of a pure number.
     pub const ONE: Unit = Unit("1");
 
-    /// The unit of a joint parameter. `self` is its unit for a revolute joint. For a prismatic joint, the corresponding unit is
-    /// returned.
+    /// The unit of a joint parameter. `self` is the unit of the parameter for a revolute joint. For a prismatic joint, the
+    /// corresponding unit is returned.
     pub fn along(self, is_prismatic: bool) -> Unit {
         let sliding = UNITS_BY_JOINT_KIND.iter().find(|(turning, _)| is_prismatic && *turning == self);
         sliding.map_or(self, |(_, sliding)| *sliding)

@@ -1,4 +1,5 @@
-//! Reads YAML files: artefacts of rist, and files that users write.
+//! Reads YAML files: artefacts (files that rist writes), and files that users write. Errors name the line and suggest a word
+//! for a misspelt one.
 
 use gate::suggestion::did_you_mean;
 use robot::format::read_as;

@@ -1,4 +1,4 @@
-//! The error of a numerical computation that has no result.
+//! The error of a numerical computation that has no result, for example if a matrix is singular.
 
 use std::fmt;
 

@@ -10,7 +10,7 @@ use realfft::RealFftPlanner;
 pub use realfft::num_complex::Complex;
 pub use realfft::{ComplexToReal, RealToComplex};
 
-/// Makes the Fourier transform of real signals of `n` samples. Its result has n/2 + 1 bins.
+/// Makes the Fourier transform of real signals of `n` samples. The result of the transform has n/2 + 1 bins.
 pub fn forward(n: usize) -> Arc<dyn RealToComplex<f64>> {
     RealFftPlanner::new().plan_fft_forward(n)
 }

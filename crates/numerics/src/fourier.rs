@@ -119,8 +119,9 @@ pub fn scatter(x: &[f64], period: usize) -> f64 {
     (rest / ((periods as f64 - 1.0) * period as f64)).sqrt()
 }
 
-/// Standard deviation of the samples of x about the mean period of x, from the harmonics 1 to `highest` only. For white noise it
-/// equals [`scatter`], but noise at higher frequencies does not count. NaN for less than two periods and for `highest` = 0.
+/// Standard deviation of the samples of x about the mean period of x, from the harmonics 1 to `highest` only. For white noise
+/// the result equals [`scatter`], but noise at higher frequencies does not count. NaN for less than two periods and for
+/// `highest` = 0.
 ///
 /// ```text
 /// sigma^2 = T / (H (R - 1)) sum_h sum_r |c_rh - mean_r c_rh|^2
@@ -169,8 +170,8 @@ pub fn harmonic_derivatives(x: &[f64], h: f64, highest: usize) -> [Vec<f64>; 3] 
 /// x is divided into blocks, because a block stays in the cache. For each block, the cross spectrum of two signals is computed:
 /// the block, and the block with the `lags` samples before it. The sum of the cross spectra is transformed back once.
 pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
-    // Each block is preceded by the last `lags` samples of the previous block. Without them, the circular correlation would
-    // multiply the end of a block by its start.
+    // Each block is preceded by the last `lags` samples of the previous block. Without these samples, the circular correlation
+    // would multiply the end of a block by its start.
     let n = (x.len() + lags).next_power_of_two().min(SAMPLES_PER_CORRELATION.max((4 * lags).next_power_of_two()));
     let (forward, back) = (crate::fft::forward(n), crate::fft::inverse(n));
     let (mut input, mut scratch) = (forward.make_input_vec(), forward.make_scratch_vec());
@@ -190,8 +191,8 @@ pub fn self_products(x: &[f64], lags: usize) -> Vec<f64> {
         }
         sum.iter_mut().zip(block.iter().zip(&longer)).for_each(|(sum, (a, b))| *sum += a * b.conj());
     }
-    // The first and the last bin are real. Their imaginary parts from rounding are set to zero, because the inverse transform
-    // rejects them.
+    // The first and the last bin are real. Imaginary parts that rounding causes in these bins are set to zero, because the
+    // inverse transform rejects them.
     for end in [0, n / 2] {
         sum[end].im = 0.0;
     }
@@ -298,8 +299,8 @@ mod tests {
         }
         // 3500 degrees of freedom: five standard errors are 6 %.
         assert!((scatter(&x, 500) / 0.1 - 1.0).abs() < 0.06);
-        // 49 harmonics of eight periods have 686 degrees of freedom: five standard errors are 13 %. The added wave of amplitude 1
-        // has a higher frequency than these harmonics. It counts in `scatter`, but hardly in `scatter_of_harmonics`.
+        // 49 harmonics of eight periods have 686 degrees of freedom: five standard errors are 13 %. The added wave of amplitude
+        // 1 has a higher frequency than these harmonics. The wave counts in `scatter`, but hardly in `scatter_of_harmonics`.
         assert!((scatter_of_harmonics(&x, 500, 49) / 0.1 - 1.0).abs() < 0.13);
         let chatter = |(i, x): (usize, &f64)| x + (i as f64 * std::f64::consts::TAU / 500.0 * 120.37).cos();
         let chattering: Vec<f64> = x.iter().enumerate().map(chatter).collect();

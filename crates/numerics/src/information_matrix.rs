@@ -208,7 +208,8 @@ impl Work for Inversion<'_> {
     }
 }
 
-/// x -= factor y. It loops over indices: the functions of an iterator may be compiled separately, without wide SIMD registers.
+/// x -= factor y. The loop runs over indices and not over iterators, because functions of iterators may be compiled separately,
+/// without wide SIMD registers.
 #[inline(always)]
 fn subtract(x: &mut [f64], factor: f64, y: &[f64]) {
     let y = &y[..x.len()];
@@ -276,7 +277,7 @@ impl InformationFactor {
         f
     }
 
-    /// The matrix L^-1 L^-T of F = L L', p x p, row by row. Its diagonal has the squared row norms of L^-1.
+    /// The matrix L^-1 L^-T of F = L L', p x p, row by row. The diagonal contains the squared norms of the rows of L^-1.
     pub fn inverse_gram(&self) -> Vec<f64> {
         let p = self.p;
         let row = |i: usize| &self.inverse[i * p..i * p + p];
@@ -289,7 +290,8 @@ impl InformationFactor {
         self.inverse.iter().map(|x| x * x).sum()
     }
 
-    /// tr(W F^-1 W') of rows W that are not in F: the sum of the variances of their predictions. `out`: work space of p entries.
+    /// tr(W F^-1 W') of rows W that are not in F: the sum of the variances of the predictions of these rows. `out`: work space
+    /// of p entries.
     #[inline]
     pub fn variance(&self, rows: &WeightedRows, out: &mut [f64]) -> f64 {
         rows.iter()

@@ -1,8 +1,9 @@
-//! A flag that ends long work early. The caller that waits for the work raises it, and the work checks it between its steps.
+//! A flag that ends long work early. The caller that waits for the work raises the flag, and the work checks the flag between
+//! its steps.
 //!
 //! Functions do not take the flag as an argument. [`Interruption::during`] sets the flag of the current thread, and work that
-//! starts its own threads passes it on with [`Interruption::here`]. A thread without a flag uses a default flag, which is never
-//! raised. No result of complete work depends on the flag.
+//! starts its own threads passes the flag on with [`Interruption::here`]. A thread without a flag uses a default flag, which is
+//! never raised. No result of complete work depends on the flag.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -11,7 +12,7 @@ use std::time::Duration;
 
 use crate::error::Error;
 
-/// A flag with which a caller stops work early. All clones share it.
+/// A flag with which a caller stops work early. All clones share one flag.
 #[derive(Clone, Debug, Default)]
 pub struct Interruption(Arc<AtomicBool>);
 
@@ -46,7 +47,8 @@ impl Interruption {
         Arc::clone(&self.0)
     }
 
-    /// Lowers the flag of this thread, and returns whether it was raised. The caller can then finish with its result so far.
+    /// Lowers the flag of this thread, and returns whether it was raised. The caller can then end its work and return the
+    /// result so far.
     pub fn take() -> bool {
         FLAG_OF_THIS_THREAD.with_borrow(|here| here.0.swap(false, Ordering::Relaxed))
     }

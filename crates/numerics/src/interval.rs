@@ -145,8 +145,8 @@ impl Interval {
     }
 }
 
-/// The smallest interval that contains these values, with both ends moved outward by one step of f64. All numbers if a value is
-/// NaN.
+/// The smallest interval that contains these values, with both ends moved outward by one step of f64. If a value is NaN, the
+/// result is the interval of all numbers.
 #[inline]
 fn outward(values: [f64; 4]) -> Interval {
     if values.iter().any(|x| x.is_nan()) {

@@ -27,7 +27,7 @@ impl Jet {
         Jet([x, dx, ddx * 0.5])
     }
 
-    /// The jet of the quotient x / y. If y may be zero, its coefficients are the interval of all numbers.
+    /// The jet of the quotient x / y. If y may be zero, the coefficients of the jet are the interval of all numbers.
     #[inline]
     pub fn over(self, y: Jet) -> Jet {
         let z0 = self.0[0].over(y.0[0]);
@@ -36,7 +36,7 @@ impl Jet {
         Jet([z0, z1, z2])
     }
 
-    /// The jet of sqrt(x). If x may be zero or negative, its coefficients are the interval of all numbers.
+    /// The jet of sqrt(x). If x may be zero or negative, the coefficients of the jet are the interval of all numbers.
     pub fn sqrt(self) -> Jet {
         let z0 = self.0[0].sqrt();
         let twice = z0 * 2.0;
@@ -102,8 +102,8 @@ impl Mul for Jet {
 mod tests {
     use super::*;
 
-    /// The enclosure of x = sin(t) (2 + t) / sqrt(3 + cos t) over an interval contains the samples of x in this interval. It is
-    /// wider than the range of x by an amount that decreases with the square of the interval's width.
+    /// The enclosure of x = sin(t) (2 + t) / sqrt(3 + cos t) over an interval contains the samples of x in this interval. The
+    /// enclosure is wider than the range of x by an amount that decreases with the square of the interval's width.
     #[test]
     fn what_a_function_does_lies_within() {
         let f = |t: f64| t.sin() * (2.0 + t) / (3.0 + t.cos()).sqrt();

@@ -12,8 +12,8 @@ use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
 use crate::triangle::Triangle;
 
-/// A singular value is rounding error if its ratio to the largest singular value is below this. Columns of filtered signals
-/// have about nine correct digits, and fewer if their terms nearly cancel.
+/// A singular value is rounding error if its ratio to the largest singular value is at most this value. Columns of filtered
+/// signals have about nine correct digits, and fewer if their terms nearly cancel.
 const SINGULAR_VALUE_TOLERANCE: f64 = 1e-7;
 
 /// A parameter is not determined if its entry in an undetermined direction of unit norm exceeds this value.
@@ -24,7 +24,7 @@ const WEAK_SHARE: f64 = 0.1;
 /// The least-squares solution and its uncertainty.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// The p parameters. If the solution is not unique, it has the least norm of all solutions.
+    /// The p parameters. If the solution is not unique, this is the solution of least norm.
     pub x: Vec<f64>,
     /// For each parameter, whether the data determine it.
     pub determined: Vec<bool>,

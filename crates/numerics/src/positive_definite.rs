@@ -1,4 +1,4 @@
-//! Solves linear systems with a positive definite matrix.
+//! Solves linear systems A x = b with a small positive definite matrix A, by elimination without pivoting.
 
 /// Solves A x = b for a symmetric positive definite A (n x n, row by row). x replaces b, and A is overwritten. Returns `false`
 /// if A is not positive definite.

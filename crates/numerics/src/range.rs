@@ -1,12 +1,12 @@
 //! The smallest and largest values of functions of one variable on an interval, proven by subdivision.
 //!
 //! An enclosure gives, for a subinterval I of the span, intervals that contain the values of each function on I. A subinterval
-//! is divided until, for every function, its upper bound there exceeds the largest known value by at most the tolerance. The
-//! smallest value is found in the same manner (branch and bound in a fixed order). The known values are proven by enclosures at
-//! single instants.
+//! is divided until, for every function, the upper bound on the subinterval exceeds the largest known value of the function by
+//! at most the tolerance. The smallest value is found in the same manner (branch and bound in a fixed order). The known values
+//! are proven by enclosures at single instants.
 //!
-//! Often it is enough to know that functions stay within bounds. This is proven first, with its own number of enclosures,
-//! because the exact range may need too many enclosures.
+//! Often it is enough to know that functions stay within bounds. These bounds are proven first, with a separate maximum number
+//! of enclosures, because the exact range may need too many enclosures.
 
 use crate::interruption::Interruption;
 use crate::interval::Interval;
@@ -15,8 +15,8 @@ use processor::{in_parallel, threads};
 /// The smallest or the largest value of one function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extreme {
-    /// A value that is certainly reached: at the instant `time` the function is at least this (for the smallest value: at most
-    /// this).
+    /// A value that the function certainly reaches: at the instant `time` the function has at least this value (in a search for
+    /// the smallest value: at most this value).
     pub reached: f64,
     /// The instant of the value `reached`, in the unit of the span (s).
     pub time: f64,
@@ -38,8 +38,8 @@ pub struct Range {
 pub struct RangeGoal {
     /// Largest allowed distance between the proven bound and the reached value, in the unit of the function.
     pub tolerance: f64,
-    /// The search for a function may end when it is proven to stay between -`enough` and `enough`. Minus infinity: its range is
-    /// always searched.
+    /// The search for a function may end when the function is proven to stay between -`enough` and `enough`. Minus infinity:
+    /// the range of the function is always searched.
     pub enough: f64,
 }
 
@@ -55,11 +55,11 @@ impl RangeGoal {
 pub struct Subdivision {
     /// Number of subintervals at the start.
     pub parts: usize,
-    /// Maximum number of enclosures for the exact ranges. When they are used up, the remaining subintervals are not divided
-    /// further, and the bounds follow from their enclosures.
+    /// Maximum number of enclosures for the exact ranges. After this number of enclosures, the remaining subintervals are not
+    /// divided further, and the bounds follow from their enclosures.
     pub enclosures: usize,
-    /// Maximum number of enclosures for the first proof, that functions stay within `enough`. If a function exceeds `enough`,
-    /// only `enclosures` are used.
+    /// Maximum number of enclosures for the first proof: the proof that functions stay within `enough`. If a function exceeds
+    /// `enough`, the maximum is `enclosures` instead.
     pub enclosures_within: usize,
 }
 

@@ -8,17 +8,18 @@
 //!
 //! | symbol | code | shape | |
 //! |---|---|---|---|
-//! | R | `r` | upper, column by column | unit of a row times that of its column |
+//! | R | `r` | upper, column by column | unit of a row times unit of its column |
 //! | x_k | entries of a [`RowBlock`] | up to 128 | as the rows |
 //! | R_kk - beta_k | `lead` | 4 | |
 //!
-//! This file also computes W'W, the products of the columns with one another, and the combinations W M of columns. Both need no
-//! triangle.
+//! This file also computes W'W, the products of the columns with one another, and the combinations W M of columns. These two
+//! computations need no triangle.
 //!
 //! On every processor a sum has four partial sums (lanes): row 4 i + l is added to lane l; the sum of a norm has eight lanes.
-//! With AVX2 and FMA the lanes are in vector registers, and each multiplication with addition is rounded once. All `unsafe` code
-//! of this crate is in this file. It is sound because only `reflect_fused`, `add_products_fused` and `combine_fused` use the
-//! vector registers. They are compiled for AVX2 and FMA, and called only if the processor has both.
+//! With AVX2 and FMA the lanes are in vector registers, and each multiplication with addition is rounded once. All `unsafe`
+//! code of this crate is in this file. This code is sound because only `reflect_fused`, `add_products_fused` and
+//! `combine_fused` use the vector registers. These functions are compiled for AVX2 and FMA, and are called only if the
+//! processor has both.
 
 #![allow(unsafe_code, reason = "vector registers")]
 
@@ -108,7 +109,7 @@ trait Four: Copy {
     /// The first (`half` = 0) or the second half of eight numbers.
     fn read(eight: &Eight, half: usize) -> Self;
     fn write(self, eight: &mut Eight, half: usize);
-    /// self * b + c. In a vector register it is rounded once, in an array twice.
+    /// Computes self * b + c. The result is rounded once if the numbers are in a vector register, and twice in an array.
     fn mul_add(self, b: Self, c: Self) -> Self;
     fn numbers(self) -> [f64; 4];
 }

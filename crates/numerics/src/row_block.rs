@@ -1,5 +1,5 @@
-//! Stores blocks of rows for a triangle (R of a QR decomposition), eight rows in SIMD lanes: entry k of rows 8 g .. 8 g + 7 is
-//! one [`Eight`], at g stride + k.
+//! Stores blocks of rows for a triangle (R of a QR decomposition), eight rows in SIMD lanes: entry k of the eight rows 8 g .. 8
+//! g + 7 is one [`Eight`], stored at the index g stride + k.
 //!
 //! A block stays in the first-level cache while it is folded into a triangle. The stride is odd, so that the entries of a column
 //! are not all in one set of the cache.

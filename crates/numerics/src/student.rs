@@ -10,14 +10,15 @@ const MAX_DEGREES_OF_FREEDOM: f64 = 1e5;
 const MAX_SQUARE: f64 = 1e300;
 /// Quantiles are limited to about this value.
 const MAX_QUANTILE: f64 = 1e12;
-/// Number of bisections for a quantile. After them the interval is as small as the rounding of f64.
+/// Number of bisections for a quantile. After this number, the interval is as small as the rounding of f64.
 const BISECTIONS: usize = 60;
-/// `MAX_TERMS`: maximum number of terms of the continued fraction. `FRACTION_TOLERANCE`: relative change at which it ends.
+/// `MAX_TERMS`: maximum number of terms of the continued fraction. `FRACTION_TOLERANCE`: relative change at which the continued
+/// fraction ends.
 const MAX_TERMS: i32 = 5000;
 const FRACTION_TOLERANCE: f64 = 1e-15;
 
-/// The probability that the magnitude of Student's t variable T exceeds `t`. `freedom`: degrees of freedom; 1 if it is not
-/// positive.
+/// The probability that the magnitude of Student's t variable T exceeds `t`. `freedom`: degrees of freedom; if it is not
+/// positive, the probability is 1.
 pub fn two_sided(t: f64, freedom: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 || t.is_nan() {
         return 1.0;
@@ -27,8 +28,8 @@ pub fn two_sided(t: f64, freedom: f64) -> f64 {
     incomplete_beta(0.5 * nu, 0.5, nu / sum, square / sum)
 }
 
-/// The value t that |T| exceeds with probability `alpha`. T: Student's t variable with `freedom` degrees of freedom; infinite if
-/// `freedom` is not positive.
+/// The value t that |T| exceeds with probability `alpha`. T: Student's t variable with `freedom` degrees of freedom. If
+/// `freedom` is not positive, the value is infinite.
 pub fn two_sided_quantile(alpha: f64, freedom: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 {
         return f64::INFINITY;
@@ -46,8 +47,8 @@ pub fn two_sided_quantile(alpha: f64, freedom: f64) -> f64 {
     high
 }
 
-/// The probability that a value of Fisher's F distribution with m and n degrees of freedom exceeds `f`: I_x(n/2, m/2) with x = n
-/// / (n + m f) [Abramowitz, Stegun 1964, 26.6.2]; 1 if m or n is not positive.
+/// The probability that a value of Fisher's F distribution with m and n degrees of freedom exceeds `f`: I_x(n/2, m/2) with x =
+/// n / (n + m f) [Abramowitz, Stegun 1964, 26.6.2]; if m or n is not positive, the probability is 1.
 pub fn exceeded(f: f64, m: f64, n: f64) -> f64 {
     if f.is_nan() || m.is_nan() || n.is_nan() || m <= 0.0 || n <= 0.0 || f <= 0.0 {
         return 1.0;
@@ -102,7 +103,8 @@ fn nonzero(x: f64, tiny: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The probabilities equal the values of Abramowitz, Stegun, table 26.9, and F with (1, n) degrees of freedom equals t^2.
+    /// The probabilities equal the values in Abramowitz, Stegun, table 26.9. With (1, n) degrees of freedom, F is the square of
+    /// Student's t with n degrees of freedom.
     #[test]
     fn f_is_that_of_the_tables() {
         for (f, m, n, q) in [(3.10, 3.0, 20.0, 0.05), (4.94, 3.0, 20.0, 0.01), (2.53, 4.0, 60.0, 0.05)] {

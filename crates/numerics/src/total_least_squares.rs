@@ -17,11 +17,12 @@ use crate::triangle::{Triangle, select};
 pub struct TotalLeastSquares {
     /// The parameters, in the order of the columns of the triangle.
     pub x: Vec<f64>,
-    /// Singular values of the noisy columns with the right-hand side, largest first. The last value comes from the noise. If it
-    /// is not much smaller than the value before it, the solution is meaningless.
+    /// Singular values of the noisy columns with the right-hand side, largest first. The last value comes from the noise. If
+    /// the last value is not much smaller than the last but one, the solution is meaningless.
     pub singular_values: Vec<f64>,
 }
-/// If the entry of the right-hand side in the last singular vector is below this, the data do not determine the solution.
+/// If the entry of the last singular vector that belongs to the right-hand side is below this value, the data do not determine
+/// the solution.
 const LEAST_SIDE_SHARE: f64 = 1e-9;
 /// If the pivot of an exact column is below this share of its norm, the column depends on the others.
 const DEPENDENT_COLUMN_SHARE: f64 = 1e-12;
@@ -48,7 +49,7 @@ pub fn total_least_squares(triangle: &Triangle, noisy: &[(usize, f64)]) -> Resul
     values.sort_by(|a, b| b.0.total_cmp(&a.0));
     let undetermined = || Error::new("total least squares: the data do not determine the noisy part");
     let (Some(vt), Some(&(_, last))) = (svd.v_t.as_ref(), values.last()) else { return Err(undetermined()) };
-    // The right singular vector of the smallest singular value, scaled to -1 for the right-hand side.
+    // The right singular vector of the smallest singular value, scaled so that its entry for the right-hand side is -1.
     let v = vt.row(last);
     if v[b].abs() < LEAST_SIDE_SHARE {
         return Err(undetermined());

@@ -29,8 +29,8 @@ pub struct Triangle {
     entries: Vec<f64>,
     /// Number of rows that were folded into the triangle.
     pub rows: usize,
-    /// |measured signal|^2 minus |y|^2, y: right-hand side. It is not 0 if a known torque was subtracted from the measured signal
-    /// to give y.
+    /// The difference |measured signal|^2 - |y|^2, y: right-hand side. The difference is not 0 if a known torque was subtracted
+    /// from the measured signal to give y.
     pub taken_out: f64,
 }
 
@@ -74,8 +74,8 @@ impl TriangleBuilder {
     }
 }
 
-/// The triangle of some of p columns, such as the columns of one joint. The rows of its blocks also have entries of other
-/// columns.
+/// The triangle of some of p columns, such as the columns of one joint. The rows of the folded blocks also have entries of
+/// other columns, which are not used.
 #[derive(Clone, Debug)]
 pub struct ColumnTriangle {
     /// The numbers of the triangle's columns among all p columns, ascending.
@@ -105,8 +105,8 @@ impl ColumnTriangle {
         reflect(&mut self.entries, self.places.len(), columns, block);
     }
 
-    /// The triangle of all p columns. `least`: for each column, an rms; a column with at most this rms counts as zero. Columns
-    /// beyond the end of `least` are kept.
+    /// The triangle of all p columns. `least`: for each column, the rms up to which the column counts as zero. Columns beyond
+    /// the end of `least` are kept.
     pub fn finish(self, p: usize, least: &[f64]) -> Triangle {
         let m = self.places.len();
         let all = |k: usize| self.columns.get(k).copied().unwrap_or(p);
@@ -153,7 +153,8 @@ impl Triangle {
         entries.saturating_add((p + 1).saturating_mul(size_of::<u32>()))
     }
 
-    /// Changes the stored columns to `live`, ascending, which must contain the present ones. New columns contain zeros.
+    /// Changes the stored columns to `live`, ascending. `live` must contain the columns that are stored now. New columns
+    /// contain zeros.
     fn set_live(&mut self, live: Vec<usize>) {
         let m = live.len();
         let before = std::mem::replace(&mut self.live, live);
@@ -229,7 +230,7 @@ impl Triangle {
         block.rows = 0;
     }
 
-    /// The triangle of the rows of all triangles `parts`, each with `p` columns.
+    /// The triangle of all rows that were folded into the triangles `parts`. Each triangle has `p` columns.
     pub fn sum<'a>(p: usize, parts: impl IntoIterator<Item = &'a Triangle>) -> Triangle {
         let mut sum = Triangle::new(p);
         parts.into_iter().for_each(|part| sum.merge(part, 1.0));
@@ -270,7 +271,7 @@ impl Triangle {
         (total, residual)
     }
 
-    /// The least-squares solution x. It is zero for a column that depends on the earlier columns.
+    /// The least-squares solution x. The entry of a column that depends on the earlier columns is zero.
     pub fn solution(&self) -> Vec<f64> {
         let mut x = vec![0.0; self.p];
         for i in (0..self.p).rev().filter(|&i| self.has_information(i)) {

@@ -1,12 +1,12 @@
-//! Tells which logged torques hold no friction: torques that were measured behind the gears, or from which a controller took
-//! friction out.
+//! Detects logged torques that contain no friction: the torques were measured behind the gears, or a controller subtracted the
+//! friction from them. The result is a sentence with the names of these joints.
 //!
-//! For a joint with the largest speed v and the torque rms T, viscous friction b and Coulomb friction c, each with a standard
-//! deviation s, friction is absent if neither is significant and
+//! A joint has the largest speed v, the torque rms T, viscous friction b and Coulomb friction c; s_b, s_c: standard deviations
+//! of b and c. Friction is absent if neither b nor c is significant and
 //! ```text
 //! |c| + 2 s_c + (|b| + 2 s_b) v < 0.02 T
 //! ```
-//! Joints with gears have more friction: no log of the tests with friction gets the sentence.
+//! Joints with gears have more friction than this limit: in the tests, no log with friction gives the sentence.
 
 use linear_model::parameter::{FrictionParameter, ParameterId};
 
@@ -20,8 +20,8 @@ const SIGNIFICANT_SIGMAS: f64 = 3.0;
 /// Half width of the interval of a parameter, in standard deviations.
 const BOUND_SIGMAS: f64 = 2.0;
 
-/// A sentence that friction is not in the torques of some joints; `None` if it is in all of them, or if no friction was fitted.
-/// `speeds`: largest speed of each coordinate, rad/s (m/s).
+/// A sentence that friction is not in the torques of some joints; `None` if all torques contain friction, or if no friction was
+/// fitted. `speeds`: largest speed of each coordinate, rad/s (m/s).
 pub fn absent_friction(estimate: &Estimate, speeds: &[f64]) -> Option<String> {
     let bound = |k: usize| {
         let name = &estimate.joints[k].coordinate;

@@ -1,5 +1,8 @@
-//! Holds the artefact `Estimate` (estimate.yaml): identified parameters with standard deviations, residuals, and the
-//! combinations of parameters that are not identifiable.
+//! Holds the artefact `Estimate` (estimate.yaml), the file in which rist stores the result of an identification: parameters
+//! with standard deviations, residuals, and the combinations of parameters that are not identifiable.
+//!
+//! tau: measured torques; W: regressor (observation matrix), one column per parameter; X: parameters; sigma: standard deviation
+//! of a parameter; a direction is a combination of parameters.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -93,7 +96,8 @@ pub struct Estimate {
     /// after rist wrote it.
     #[serde(skip)]
     pub checksum: Checksum,
-    /// Number of parameters. It is the last line of the file, so a file without this line was cut short. `None` in memory.
+    /// Number of parameters. This entry is the last line of the file, so a file without this line was cut short. `None` in
+    /// memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parameter_count: Option<usize>,
 }
@@ -210,8 +214,8 @@ fn decimals(sigma: f64, value: f64) -> usize {
     shown.max(USUAL_DECIMALS).min(most)
 }
 
-/// Usual least number of decimals of a printed value. A value has fewer decimals only if it would otherwise have more than
-/// `MOST_VALUE_DIGITS` digits.
+/// A value is printed with at least this number of decimals. A value with more than `MOST_VALUE_DIGITS` digits gets fewer
+/// decimals.
 const USUAL_DECIMALS: usize = 5;
 /// Largest number of decimals of a printed value.
 const MOST_DECIMALS: f64 = 9.0;

@@ -1,13 +1,14 @@
-//! Finds physically consistent parameters from logs, with the solver `estimators::consistent`.
+//! Finds physically consistent parameters from logs, with the solver `estimators::consistent`. A body stands for its ten
+//! inertial parameters; it is consistent if its pseudo-inertia is positive definite.
 //!
 //! The rows are weighted by joint as in weighted least squares (WLS). Because residuals are correlated, the information of the
 //! data is divided by a discount: the median over the parameters of (sigma / white sigma)^2. White sigma: standard deviation for
 //! white noise. The discount lowers the weight of the data compared with the prior.
 //!
-//! A prior about zero bounds friction parameters that the motion does not identify. Its standard deviation is max|tau_j| for
-//! parameters of joint j in the unit of torque (Coulomb friction, offset), and max|tau_j| / (largest speed of all joints) for
-//! viscous friction. The offset of a joint that carries the same weight in every pose is fixed to zero, because no motion
-//! separates weight and offset.
+//! A prior about zero bounds friction parameters that the motion does not identify. The standard deviation of this prior is
+//! max|tau_j| for parameters of joint j in the unit of torque (Coulomb friction, offset), and max|tau_j| / (largest speed of
+//! all joints) for viscous friction. The offset of a joint that carries the same weight in every pose is fixed to zero, because
+//! no motion separates weight and offset.
 
 use std::cell::Cell;
 
@@ -44,8 +45,8 @@ const GUESSED_ARM_M: f64 = 0.3;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Consistency {
-    /// Weight of the prior, nats per unit of entropic divergence from the nominal bodies. Without nominal bodies the
-    /// divergence is from a guessed ball, and a tenth of the weight is used.
+    /// Weight of the prior, nats per unit of entropic divergence from the nominal bodies. Without nominal bodies, the prior
+    /// uses the divergence from a guessed ball, with a tenth of this weight.
     pub prior_weight: f64,
     /// Whether the information of the data is divided by a discount, because residuals are correlated.
     pub discount: bool,
@@ -70,7 +71,7 @@ pub struct ConsistentFit {
 }
 
 /// Finds physically consistent bodies from the rows of a least-squares fit. `map`: map from standard to base parameters;
-/// `references`: nominal parameters of each body of the map, `None` if unknown.
+/// `references`: the ten nominal parameters of each body of the map, `None` if unknown.
 ///
 /// Fails if the map has the wrong size for the regressor, or if the weight of the prior is not a positive number.
 pub fn identify_consistent(
@@ -109,8 +110,8 @@ pub fn identify_consistent(
         joint.memory = of_fit.memory;
     }
     for (parameter, &x) in estimate.parameters.iter_mut().zip(&consistent.x) {
-        // The sigma of least squares is kept, since constraints can only reduce it. A parameter that the data do not determine
-        // gets the value of the prior. The status of such a parameter stays "not identifiable".
+        // The sigma of least squares is kept, since the constraints of consistent bodies can only reduce sigma. A parameter
+        // that the data do not determine gets the value of the prior. The status of such a parameter stays "not identifiable".
         *parameter = parameter.clone().with_value(x);
     }
     estimate.remarks.push(account(&consistent, &estimate, &fit.estimate, prior.discount));
@@ -148,8 +149,8 @@ pub fn errors_on_quarters(
     (!is_stalled.get()).then_some(errors)
 }
 
-/// Weight of the rows of each joint: 1 / rms residual of the joint. With ordinary least squares (OLS), all joints have the
-/// weight 1 / rms residual of all rows.
+/// Weight of the rows of each joint: 1 / rms residual of the joint. With ordinary least squares (OLS), all joints have the same
+/// weight, 1 / rms residual of all rows.
 fn weights(fit: &Fit, options: &Options) -> Vec<f64> {
     match options.weights {
         Weights::None => vec![1.0 / fit.solution.variance.sqrt().max(f64::MIN_POSITIVE); fit.weights.len()],

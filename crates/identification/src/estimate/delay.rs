@@ -42,8 +42,8 @@ const CONTRADICTED_RESIDUAL_RATIO: f64 = 1.05;
 const COARSE_DELAY_STEP_S: f64 = 0.004;
 /// The fine search ends when its interval is shorter than this length, s.
 const FINE_DELAY_WIDTH_S: f64 = 1e-4;
-/// The delay counts as being at the end of the search if it exceeds `LONGEST_SEARCHED_DELAY_S` by more than this share of a
-/// coarse step.
+/// The fine search continues one coarse step beyond `LONGEST_SEARCHED_DELAY_S`. A delay is at the end of the search if it
+/// exceeds `LONGEST_SEARCHED_DELAY_S` by more than this share of that step.
 const END_STEP_SHARE: f64 = 0.9;
 
 /// Records in which the rows within 1 / f_c of a reversal of their joint are marked as not used (f_c: cut-off of the
@@ -94,8 +94,8 @@ pub fn estimate_delay(regressor: &dyn Regressor, logs: &[LogSource], options: &O
             false => Observation::of_records(&model, &records, None)?,
         };
         if options.signal.order > 0 {
-            // The cut-off follows from the motion, which the delay of the torques does not change. So the cut-off is computed
-            // once.
+            // The cut-off follows from the motion, which the delay of the torques does not change. So the cut-off of the first
+            // trial is used for all trial delays.
             options.signal.cutoff.get_or_insert(observation.cutoff);
         }
         let joints = observation.joints(|_| true);

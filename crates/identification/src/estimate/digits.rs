@@ -1,4 +1,4 @@
-//! Prints numbers as text for sentences.
+//! Prints numbers as text for sentences in reports: plain numbers with few digits, and shares in percent.
 
 /// Prints x without decimals from 100 on, with one decimal from 10, two from 0.1 and four below. Numbers below 1e-3, and from
 /// 1e5 on, have an exponent.

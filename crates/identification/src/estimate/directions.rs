@@ -1,9 +1,10 @@
 //! Finds directions of the parameter space (combinations of parameters) that the data hardly determine.
 //!
 //! A direction d is a singular vector of the regressor W with scaled columns (`numerics::least_squares`). A unit step along d
-//! changes the weighted torques by |W d|. So the estimate has the standard deviation sqrt(discount) sigma / |W d| along d (sigma:
-//! noise of a row; discount: number of correlated rows that count as one). A step of 1.96 of these standard deviations along d
-//! changes the parameters. If it changes the main parameters by more than their values, the direction is undetermined.
+//! changes the weighted torques by |W d|. So the estimate has the standard deviation sqrt(discount) sigma / |W d| along d
+//! (sigma: noise of a row; discount: number of correlated rows that count as one). A step of 1.96 of these standard deviations
+//! along d changes the parameters. If this step changes the parameters with the largest entries in d by more than their values,
+//! the data do not determine the direction.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::ParameterId;
@@ -32,8 +33,8 @@ pub struct Direction {
     pub strength: f64,
     /// The parameters that change most along the direction, the largest entry (columns scaled) first.
     pub members: Vec<DirectionMember>,
-    /// Whether the data do not determine the direction: a step of 1.96 sigma along the direction changes the main parameters by
-    /// at least their values.
+    /// Whether the data do not determine the direction: a step of 1.96 sigma along the direction changes the parameters with
+    /// the largest entries by at least their values.
     pub open: bool,
 }
 
@@ -127,8 +128,8 @@ mod tests {
     use numerics::least_squares::solve;
     use random::Random;
 
-    /// A pendulum that stays near one angle determines only one combination of the first moments MX1 and MY1, so these two are
-    /// not separable.
+    /// A pendulum that stays near one angle determines only one combination of the first moments MX1 and MY1, so MX1 and MY1
+    /// are not separable.
     #[test]
     fn what_is_not_told_apart_is_named() {
         let (arm, model) = pendulum();

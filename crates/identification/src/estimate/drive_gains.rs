@@ -5,8 +5,9 @@
 //! correlated in time and repeat with the state of the robot, so the standard deviations come from the module `replicates`.
 //!
 //! The bodies that wrist joints move hardly contribute to the torques of other joints. So the gains of wrist joints are weakly
-//! identifiable, and model errors dominate them. An expected value with its standard deviation regularises such a gain. When the
-//! data are weighted against the expected value, s correlated equations count as one. The discount s follows from the residuals.
+//! identifiable, and model errors dominate them. An expected value with its standard deviation regularises such a gain. The
+//! data must not outweigh the expected value only because residuals are correlated. So s correlated equations count as one
+//! independent equation. The discount s follows from the residuals.
 
 use std::sync::Arc;
 
@@ -50,7 +51,7 @@ pub fn estimate_drive_gains(
     let bands = residual_sums(&model, &records, &vec![0.0; model.p()], bands)?;
     let replicates = Replicates::of(&model, &observation, bands);
     let equations = equations(&joints);
-    // Fixed-point iteration: the discounts s depend on the gains, and the gains on s. It starts with s = 1.
+    // Fixed-point iteration: the discounts s depend on the gains, and the gains on s. The iteration starts with s = 1.
     let mut weighing = vec![1.0; known.len()];
     let mut found = drive_gains(&equations, known)?;
     for _ in 0..WEIGHING_ROUNDS {
@@ -74,8 +75,8 @@ const WEIGHING_ROUNDS: usize = 3;
 /// is below this value, because rounding would dominate.
 const LEAST_INFORMATION_RATIO: f64 = 1e-6;
 
-/// Computes the discount s of each expected gain: the number of correlated equations that count as one. It is 1 for other
-/// gains. `before`: the discounts s_0 with which `found` was computed.
+/// Computes the discount s of each expected gain: the number of correlated equations that count as one. The discount of a gain
+/// without an expected value is 1. `before`: the discounts s_0 with which `found` was computed.
 ///
 /// For a gain k, let a be the information on ln k in the data (white noise), and b the information of the expected value.
 /// Then ln k has the variance v = 1 / (a + b s_0) for white noise, and the variance v^2 (a s + b s_0^2) for correlated
@@ -156,7 +157,7 @@ mod tests {
     }
 
     /// With hardly any data, the estimated gain equals the expected value. With good data, the estimated gain equals the gain
-    /// of the data.
+    /// that follows from the data alone.
     #[test]
     fn an_expected_gain_is_weighed_against_the_data() {
         let expected = [Gain::Known(3.0), Gain::Expected(0.8, 0.1)];

@@ -26,7 +26,8 @@ pub fn keep_essential(regressor: &dyn Regressor, fit: &mut Fit, options: &Option
     let model = options.linear_model(regressor);
     let joints = fit.observation.joints(|_| true);
     let triangle = weighted(&joints, &fit.weights);
-    // `Elimination` limits the relative growth of the norm of the residual. It is half the relative growth of the squared norm.
+    // `Elimination` limits the relative growth of the norm of the residual. For small changes, this growth is half the relative
+    // growth of the squared norm.
     let growth = 0.5 * SIGNIFICANT_CHI_SQUARE * fit.estimate.discount() / triangle.rows.max(1) as f64;
     let found = essential(&triangle, Elimination { growth, ..Elimination::default() });
     let (white, sigma) = (white_deviation(&fit.solution), fit.deviation.sigma());

@@ -54,8 +54,8 @@ fn left_out(model: &Model, observation: &Observation, weights: Weights) -> Vec<V
     predicted_from_others(model, &tenths, &weights, |rest| least_squares(rest, &whole.x))
 }
 
-/// Least-squares solution of `rest`, the rows of the record without one block. It is weakly regularised towards `whole`, the
-/// solution of the whole record.
+/// Least-squares solution of `rest`, the rows of the record without one block. The solution is weakly regularised towards
+/// `whole`, the solution of the whole record.
 pub(crate) fn least_squares(mut rest: Triangle, whole: &[f64]) -> Vec<f64> {
     rest.merge(&held(&rest, whole), 1.0);
     rest.solution()
@@ -181,8 +181,8 @@ mod tests {
         assert!(left > 1e-3 && (explained / left - 1.0).abs() < 1e-9, "{explained} {left}");
     }
 
-    /// The joint turns far enough to separate MX and MY only in one tenth of the record. Without that tenth, the difference of
-    /// MX and MY is not identifiable. The error of cross-validation must still equal the noise.
+    /// Only in one tenth of the record does the joint turn far enough to separate MX and MY. Without that tenth, the difference
+    /// of MX and MY is not identifiable. The error of cross-validation must still equal the noise.
     #[test]
     fn what_one_part_tells_is_not_guessed_without_it() {
         let (arm, model) = pendulum();

@@ -8,8 +8,9 @@
 //! | small | the fault is an additional unknown of the fit, with a column h | `claims::hypotheses` |
 //! | gross | the fault is undone in the log, and the robot description is compared with the corrected log | `log_check::search` |
 //!
-//! Wrong masses of the description may look like a fault. So both methods also fit the bodies, and accept such a fault only
-//! if it reduces the error of cross-validation. A new kind needs a variant of `Hypothesis` and its match arms in this file.
+//! Wrong masses of the description may look like a fault. So both methods also fit the bodies (inertial parameters of the
+//! links), and accept such a fault only if it reduces the error of cross-validation. A new kind needs a variant of `Hypothesis`
+//! and its match arms in this file.
 
 use claims::{Figure, Topic};
 use linear_model::linear_model::Model;
@@ -32,28 +33,28 @@ pub(in crate::estimate) const OF_OPTIONS: &str = "in the file of [options]:";
 
 /// Step of a joint angle for a central difference, rad.
 const POSITION_STEP_RAD: f64 = 1e-4;
-/// A fault is not reported if it explains a smaller share of the torque than this share, because such a fault is harmless for
-/// every use of the estimate.
+/// A fault is reported only if it explains at least this share of the torque. A smaller fault is harmless for every use of the
+/// estimate.
 const SMALLEST_TORQUE_SHARE: f64 = 0.002;
-/// A spring is not reported if it explains a smaller share of the torque than this share. The stiffness of a spring has no
-/// lower limit.
+/// A spring is reported only if it explains at least this share of the torque. This share alone decides: there is no least
+/// stiffness of a reported spring.
 const SMALLEST_SPRING_SHARE: f64 = 1.25 * SMALLEST_TORQUE_SHARE;
 const DEGREE_RAD: f64 = std::f64::consts::PI / 180.0;
 /// Zero offsets and tilts of the base below this value are calibration errors and are not reported, rad.
 const LEAST_ANGLE_RAD: f64 = DEGREE_RAD;
-/// Play below this is harmless and is not reported, rad.
+/// Play below this value is harmless and is not reported, rad.
 const LEAST_PLAY_RAD: f64 = 0.1 * DEGREE_RAD;
-/// Play counts as not detectable if its detection limit is at least this, rad (10 degrees).
+/// Play counts as not detectable if its detection limit is at least this value, rad (10 degrees).
 const USELESS_PLAY_RAD: f64 = 10.0 * DEGREE_RAD;
-/// Scale errors of a torque below this are calibration errors and are not reported (0.03: 3 %).
+/// Scale errors of a torque below this value are calibration errors and are not reported (0.03: 3 %).
 const LEAST_SCALE: f64 = 0.03;
 /// A zero offset or a tilt counts as not detectable if its detection limit is at least this value, rad (45 degrees).
 const USELESS_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_4;
 /// A scale error counts as not detectable if its detection limit is at least this value (0.5: 50 %).
 const USELESS_SCALE: f64 = 0.5;
 
-/// A hypothesis on a log or its model. The numbers are coordinates, from 0. The size of a fault is in the unit that is stated
-/// for the kind of fault.
+/// A hypothesis on a log or its model. The numbers in a variant are indices of coordinates, from 0. The comment of each variant
+/// states the unit of the size of the fault.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hypothesis {
@@ -63,20 +64,21 @@ pub enum Hypothesis {
     Scale(usize),
     /// A spring acts on a coordinate, N m/rad (N/m).
     Spring(usize),
-    /// Gravity is tilted by an angle, rad, about a horizontal axis. The number is the nearest axis of the base frame (0: x,
-    /// 1: y, 2: z).
+    /// Gravity is tilted by an angle, rad, about a horizontal axis. The number is not a coordinate but the nearest axis of the
+    /// base frame (0: x, 1: y, 2: z).
     Mount(usize),
     /// The rotor of a coordinate has an inertia that the model lacks, kg m^2 (kg).
     Rotor(usize),
-    /// The torque of a coordinate drifts between the first and the last sample. The size is the growth of the torque, as a
-    /// share of the torque.
+    /// The torque of a coordinate drifts between the first and the last sample. The size is the relative growth of the torque
+    /// over the record.
     Drift(usize),
     /// The torque of a coordinate (`None`: of all coordinates) is logged too late, s.
     Late(Option<usize>),
-    /// The first part of the current of a coordinate gives no torque: K (i - i_0 sign i), or 0 if |i| < i_0. The size is i_0, A.
+    /// Currents of a coordinate below i_0 give no torque. The torque is K (i - i_0 sign i), or 0 if |i| < i_0; i: current, K:
+    /// drive gain. The size is i_0, A.
     DeadCurrent(usize),
-    /// A gap of this width between the encoder and the link of a coordinate, rad: the link is behind by half of it, on the side
-    /// that carries the torque.
+    /// Play of a coordinate: a gap between its encoder and its link. The size is the width of the gap, rad. The link is behind
+    /// the encoder by half of the width, on the side of the gap that carries the torque.
     Play(usize),
     /// Coulomb friction of a coordinate grows with its load (coefficient, N m per N m).
     LoadFriction(usize),
@@ -120,7 +122,7 @@ pub enum ColumnKind {
 pub(super) enum Counts {
     /// Positions are wrong. Such a fault is a contradiction even if the torque error in this log is small.
     AsPosition,
-    /// Torques are wrong. Such a fault is a contradiction unless the torque error is so small that every use tolerates it.
+    /// Torques are wrong. Such a fault is a contradiction unless every use tolerates the torque error.
     AsTorque,
     /// The log is not wrong: the hypothesis explains a part of the residual of the fit.
     AsResidual,
@@ -369,7 +371,7 @@ pub struct FitPoint<'a> {
     pub x: &'a [f64],
     /// Weights of the rows by joint, one per coordinate.
     pub weights: &'a [f64],
-    /// Robust weights of rows by their residual; `None` if all rows have equal weight.
+    /// Robust weights: the weight of a row depends on its residual. `None` if all rows have equal weight.
     pub robust: Option<&'a Robust>,
 }
 

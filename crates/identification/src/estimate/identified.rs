@@ -1,4 +1,6 @@
-//! One identified parameter: its value, its standard deviation, and whether the value can be used.
+//! One identified parameter: its value, its standard deviation sigma, and whether the value can be used (its status).
+//!
+//! White sigma: standard deviation under the assumption that the residuals are white noise.
 
 use linear_model::parameter::ParameterId;
 use linear_model::unit::Unit;
@@ -114,7 +116,8 @@ impl Identified {
         Identified { sigma: None, relative_sigma: None, status: Status::Given, ..exact }
     }
 
-    /// The parameter with another value and unchanged standard deviations. A parameter that is not identifiable remains so.
+    /// The parameter with another value and unchanged standard deviations. A parameter that is not identifiable keeps this
+    /// status.
     pub fn with_value(self, value: f64) -> Identified {
         match self.deviations() {
             Some(deviations) => Identified::new(self.id, self.unit, value, deviations),

@@ -1,4 +1,4 @@
-//! Identifies a robot from logs and makes an `Estimate`.
+//! Identifies a robot from logs and makes an `Estimate` (parameters with standard deviations and residuals).
 //!
 //! `estimators::weighted` solves the least-squares problem; for robust weights, `estimators::huber` then repeats the fit with
 //! new weights of the rows. This module adds standard deviations, errors of cross-validation and remarks.
@@ -247,8 +247,8 @@ pub fn report(
     let base = model.regressor.parameters().len();
     let is_beyond =
         |c: usize| c < base && solution.determined[c] && most > 0.0 && sigma.get(c).is_some_and(|s| *s > most);
-    // A parameter that the rows do not determine has no value. The entry of x for such a parameter is only used for
-    // predictions.
+    // A parameter that the rows do not determine has no value. For such a parameter, the entry of the solution x is used only
+    // for predictions of torques.
     let parameter = |(c, parameter): (usize, &Parameter)| {
         let (id, unit) = (parameter.id.clone(), parameter.unit());
         if !solution.determined[c] || is_beyond(c) {

@@ -79,8 +79,8 @@ mod tests {
             };
             let drawn =
                 (0..2000).map(|_| value(Matrix4::from_fn(|_, _| random.normal()))).fold(f64::INFINITY, f64::min);
-            // Random bodies rarely reach the smallest value. The body made from the eigenvector of the smallest eigenvalue
-            // reaches it.
+            // Random bodies rarely reach the smallest value of the base parameter. The body that is made from the eigenvector
+            // of the smallest eigenvalue reaches this value.
             let eigen = weights(|i| c[i]).symmetric_eigen();
             let last = eigen.eigenvectors.column(eigen.eigenvalues.imin());
             let least = drawn.min(value(Matrix4::from_fn(|i, j| if j == 0 { last[i] } else { 0.0 })));
@@ -91,7 +91,7 @@ mod tests {
         for columns in [&[(5, 1.0)][..], &[(9, 1.0)], &[(5, 1.0), (6, 2.0), (9, 1.0)], &[(0, 1.0), (3, 1.0), (1, 1.9)]]
         {
             let (is_certain, least) = of(columns);
-            // The smallest value belongs to a point mass on the axis. It is zero, up to rounding.
+            // The smallest value belongs to a point mass on the axis. This value is zero, up to rounding.
             assert!(is_certain && least > -1e-12, "{columns:?}: {least}");
         }
         for columns in [&[(0, 1.0), (3, -1.0)][..], &[(6, 1.0)], &[(5, 1.0), (6, 2.1), (9, 1.0)], &[(4, 1.0)]] {

@@ -1,9 +1,9 @@
 //! Chooses friction terms of single joints by forward selection with cross-validation.
 //!
 //! Candidates for a joint are friction that grows with the load, Stribeck friction that decays over 5 or 15 % of the joint's
-//! largest speed, viscous asymmetry, and friction proportional to the root of the speed. They are added one by one to the
-//! friction terms that every joint has. In cross-validation, each tenth k of the records is predicted from the others. W_k, y_k:
-//! its weighted rows and torques; x_k: the parameters fitted to all other tenths. The squared error is
+//! largest speed, viscous asymmetry, and friction proportional to the root of the speed. Candidates are added one by one to the
+//! friction terms that every joint has. In cross-validation, each tenth k of the records is predicted from the other tenths.
+//! W_k, y_k: weighted rows and torques of tenth k; x_k: the parameters fitted to all other tenths. The squared error is
 //!
 //! ```text
 //! E^2 = sum_k |W_k x_k - y_k|^2
@@ -38,11 +38,11 @@ const STRIBECK_SPEED_SHARES: [f64; 2] = [0.05, 0.15];
 pub(crate) const LARGEST_LOAD_COEFFICIENT: f64 = 0.2;
 /// Regularisation of the fits of cross-validation: share of the squared norm of a column (as in `held_out`).
 const FOLD_REGULARISATION_SHARE: f64 = 1e-6;
-/// Regularisation of the fit to the whole record: share of the squared norm of a column. It keeps undetermined parameters
-/// near zero.
+/// Regularisation of the fit to the whole record: share of the squared norm of a column. The regularisation keeps undetermined
+/// parameters near zero.
 const WHOLE_REGULARISATION_SHARE: f64 = 1e-12;
 
-/// A friction term that was added, and the error of cross-validation with it.
+/// A friction term that was added, and the error of cross-validation with this term.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TakenTerm {
     /// The friction term.
@@ -81,8 +81,8 @@ pub fn joint_candidates(speed: &[f64]) -> Vec<FrictionTerm> {
     out
 }
 
-/// Chooses the `candidates` that are added to `options.friction`. The records must contain the predicted load.
-/// `other_columns`: parameters of a fit without the candidates, and robust weights of its rows; `None` for equal weights.
+/// Chooses the `candidates` that are added to `options.friction`. The records must contain the predicted load. `other_columns`:
+/// parameters of a fit without the candidates, and the robust weights of the rows in that fit; `None` for equal weights.
 ///
 /// Fails if a record cannot be read.
 pub fn choose_joint_terms<R: Records + ?Sized>(
@@ -266,7 +266,8 @@ impl<'a> Normal<'a> {
     }
 
     /// Solves for the parameters of the set and of an additional column c (last entry). `alone`: solution without c; `start`:
-    /// value towards which the parameter of c is regularised. The cost is one solution with the Cholesky factor of the set.
+    /// value towards which the parameter of c is regularised. The cost is only one solution with the known Cholesky factor of
+    /// the set.
     fn bordered(&self, c: usize, alone: &DVector<f64>, start: f64) -> DVector<f64> {
         let last = self.products.nrows() - 1;
         let beside = DVector::from_fn(self.set.len(), |i, _| self.products[(self.set[i], c)]);
@@ -299,8 +300,8 @@ mod tests {
     use linear_model::regressor::predict_load;
     use random::Random;
 
-    /// The terms that are chosen for a pendulum with the friction `friction(dq, load)`. The load is predicted with the true
-    /// parameters.
+    /// The friction terms that are chosen for a simulated pendulum with the friction torque `friction(dq, load)`. The load is
+    /// predicted with the true parameters.
     fn found(friction: impl Fn(f64, f64) -> f64) -> (JointTerms, f64) {
         let arm = Pendulum::new();
         let mut states = arm.states(3000);

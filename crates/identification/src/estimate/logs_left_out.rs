@@ -1,4 +1,4 @@
-//! Leaves each log of a fit out in turn, and computes the errors with which parameters fitted to the other logs predict it.
+//! For each log of a fit, computes the error with which parameters fitted to the other logs predict this log.
 //!
 //! W_i, tau_i: rows and torques of log i. X, X_-i, X_i: parameters fitted to all logs, to all logs except i, and to log i
 //! alone. The relative errors are
@@ -7,8 +7,8 @@
 //! e(x) = |tau_i - W_i x| / |tau_i|
 //! error = e(X_-i)     by_parameters^2 = e(X_-i)^2 - e(X_i)^2     apart^2 = e(X)^2 - e(X_i)^2
 //! ```
-//! The standard deviations of X_-i show how large `error` may be without a contradiction between the logs. They are the
-//! deviations for white noise, multiplied by the factors (sigma / white sigma) of X.
+//! The standard deviations of X_-i show how large `error` may be without a contradiction between the logs. These standard
+//! deviations are the deviations for white noise, multiplied by the factors (sigma / white sigma) of X.
 
 use linear_model::linear_model::Model;
 use numerics::least_squares::solve;
@@ -21,15 +21,15 @@ use crate::estimate::nominal_prediction::nominal_residuals;
 use crate::estimators::replicate_deviation::white_deviation;
 use crate::estimators::weighted::{Weights, fit};
 
-/// Relative errors |tau - W x| / |tau| on one log. It is predicted by parameters that are fitted to the other logs.
+/// Relative errors |tau - W x| / |tau| on one log, if the parameters x are fitted to the other logs only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogLeftOut {
     /// Number of the log, from 0.
     pub log: usize,
     /// Relative error of the prediction by parameters that are fitted to all other logs.
     pub error: f64,
-    /// Part of `error` that the standard deviations of these parameters explain. This part is infinite if the other logs
-    /// determine fewer parameters than all logs together.
+    /// Part of `error` that follows from the standard deviations of the parameters fitted to the other logs. This part is
+    /// infinite if the other logs determine fewer parameters than all logs together.
     pub unsure: f64,
     /// Part of `error` that comes from wrong parameters: sqrt(`error`^2 - own^2). own: relative error with parameters fitted
     /// to this log alone.
@@ -139,8 +139,8 @@ mod tests {
         assert!(many.contains("; the worst: 8.csv 9.00 %, 7.csv 8.00 %") && !many.contains(" 0.csv"), "{many}");
     }
 
-    /// The torques of one log are 10 % too large. So the error of each log is 10 % with parameters from the other log, and 5
-    /// % with parameters from both.
+    /// The torques of one log are 10 % too large. So the error of each log is 10 % with parameters fitted to the other log, and
+    /// 5 % with parameters fitted to both logs.
     #[test]
     fn logs_of_two_robots_are_apart() {
         for left in left_out(|states| states.tau.iter_mut().for_each(|tau| *tau *= 1.1)) {
@@ -148,8 +148,8 @@ mod tests {
         }
     }
 
-    /// The robot stands at one pose in one log, so this log determines one column only. The undetermined parameters of this log
-    /// are no contradiction.
+    /// In one log the robot stands still at one pose, so this log determines one parameter only. Parameters that this log does
+    /// not determine must not count as a contradiction between the logs.
     #[test]
     fn what_the_others_leave_open_is_infinitely_unsure() {
         let rest = |states: &mut States| {

@@ -1,4 +1,5 @@
-//! Makes an estimate from logs: the solution with its standard deviations, errors of cross-validation and remarks.
+//! Makes an estimate from logs: the solution with its standard deviations, errors of cross-validation and remarks. Also checks
+//! logs before a fit (`log_check`) and states the evidence for an estimate as claims (`claims`, `verdict`).
 
 pub mod absent_friction;
 pub mod artefact;

@@ -1,4 +1,5 @@
-//! Computes the residual of the nominal base parameters on a log, with friction fitted to this log.
+//! Computes the residual of the nominal base parameters on a log. Nominal: from the robot description. Only friction is fitted
+//! to this log.
 //!
 //! The fit is tau - Y X = F x_F. Y X: torques of the nominal base parameters X; F: columns of friction and couplings; x_F:
 //! fitted parameters of these columns. The rows are weighted by joint.

@@ -1,4 +1,5 @@
-//! The options of an identification, which a file given by `--options` contains.
+//! The options of an identification: columns of the log, transmission, filters, friction terms, weights of the rows. The
+//! options are read from the YAML file that is given by `--options`.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;
@@ -29,8 +30,8 @@ pub struct Options {
     pub signal: Signal,
     /// Friction terms (columns of the regressor) that every joint has.
     pub friction: Vec<FrictionTerm>,
-    /// Base parameters of an earlier fit, which predict the load for friction that grows with the load; empty without such
-    /// friction.
+    /// Base parameters of an earlier fit, which predict the load (torque of the bodies) for friction that grows with the load;
+    /// empty if no friction term depends on the load.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub friction_load: Vec<f64>,
     /// How rows are weighted: equally, by joint, or robustly.

@@ -4,10 +4,10 @@
 //! ```text
 //! q = theta - (b/2) s      s = tanh((tau - f) / (c T)), or sign(tau - f) for c = 0
 //! ```
-//! q: position of the link; theta: logged position; tau: logged torque; f: fitted friction and offset, which are at the motor;
-//! T: rms of tau - f; c: softness of the ends of the gap. When s changes from -1 to 1, the logged position jumps by b. The
-//! low-pass of the positions smooths this jump, which gives a short velocity and acceleration. So s must pass the same filter,
-//! and the column of the regressor for b is
+//! q: position of the link; theta: logged position; s: side of the gap at which motor and link touch; tau: logged torque; f:
+//! fitted friction and offset, which are at the motor; T: rms of tau - f; c: softness of the ends of the gap. When s changes
+//! from -1 to 1, the logged position jumps by b. The low-pass of the positions smooths this jump, which gives a short velocity
+//! and acceleration. So s must pass the same filter, and the column of the regressor for b is
 //! ```text
 //! h = -1/2 (dY x/dq_k s + dY x/d(dq_k) ds/dt + dY x/d(ddq_k) d2s/dt2)
 //! ```
@@ -25,9 +25,10 @@ use crate::signals::differences::Differences;
 const FILTER_ORDER: usize = 4;
 /// A gap is tested if each of its two sides carries the torque in at least this share of the samples.
 const LEAST_SHARE_OF_A_SIDE: f64 = 0.02;
-/// Number of rounds of an iteration: the side of a gap gives the velocity of the link, and this velocity gives the side.
+/// Number of rounds of the iteration for the side s: the side of a gap gives the velocity of the link, and this velocity gives
+/// the friction and so the side.
 const ROUNDS: usize = 3;
-/// Width of the gap whose torques are compared for a derivative, rad.
+/// Step of the width of a gap in the central difference of the torques, rad.
 const STEP_RAD: f64 = 1e-4;
 
 /// For each coordinate, the side of its gap that carries the torque, over the samples of one record.
@@ -51,10 +52,10 @@ struct Side {
 }
 
 impl Sides {
-    /// The sides of the gaps of all coordinates. `x`: the fitted parameters; `gaps`: width and softness of each gap, as far as
-    /// they are known. If the width of a gap is known, friction is computed with the velocity of the link instead of the
-    /// motor. A coordinate has no side if its torque has nearly always the same sign. No coordinate has a side if there are
-    /// too few samples for the filter.
+    /// The sides s of the gaps of all coordinates. `x`: the fitted parameters; `gaps`: width and softness of each gap, as far
+    /// as they are known. If the width of a gap is known, friction is computed with the velocity of the link instead of the
+    /// motor. A coordinate has no side if its torque has nearly always the same sign. No coordinate has a side if there are too
+    /// few samples for the filter.
     pub(super) fn of(model: &Model, states: &States, x: &[f64], gaps: &[Backlash]) -> Sides {
         let mut sides = Sides::at_velocities_of(model, states, x, gaps);
         if gaps.iter().all(|gap| gap.width == 0.0) {
@@ -145,7 +146,8 @@ pub(super) fn signs_of_torque(states: &States, k: usize) -> Vec<f64> {
     }
 }
 
-/// The mean sign of a signal over one sample time before and one after each sample. Between samples the signal is linear.
+/// The mean sign of a signal around each sample, from the previous sample to the next. Between samples the signal is taken as
+/// linear.
 fn mean_signs(x: &[f64]) -> Vec<f64> {
     let between = |a: f64, b: f64| {
         if a * b < 0.0 { (a + b) / (a.abs() + b.abs()) } else { (a + b).signum() }

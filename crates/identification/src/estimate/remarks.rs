@@ -1,4 +1,7 @@
 //! Makes the remarks of an estimate: sentences on parameters that are not identifiable, and on joints that move too little.
+//!
+//! A direction v is a combination of parameters. The direction is not identifiable if the torques do not change along v: W v =
+//! 0 with the regressor W. The condition number is computed from the columns of W scaled to unit norm.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::Parameter;
@@ -20,8 +23,8 @@ const SLOW_JOINT_SPEED_SHARE: f64 = 0.2;
 /// A remark names the weakest combination of parameters if the condition number of the scaled columns exceeds this value.
 const REMARKABLE_CONDITION_NUMBER: f64 = 100.0;
 
-/// A remark names a parameter of a direction (combination of parameters) if its entry exceeds this value; the largest entry is
-/// 1.
+/// A remark on a direction (combination of parameters) names a parameter if the entry of the parameter in the direction exceeds
+/// this value. The largest entry is 1.
 const SMALLEST_NAMED_ENTRY: f64 = 0.05;
 /// Largest number of parameters that a sentence names for a direction.
 const MAX_NAMED_MEMBERS: usize = 6;
@@ -179,7 +182,8 @@ fn combination(model: &Model, direction: &[f64], members: &[usize]) -> String {
     members.iter().map(term).collect::<Vec<_>>().join(" ")
 }
 
-/// A clause that names those joints of these parameters that have a short range of motion; empty if no joint has a short range.
+/// A clause that gives a reason: the names of the joints that belong to the parameters `members` and have a short range of
+/// motion. Empty if no such joint has a short range.
 fn because(model: &Model, observation: &Observation, members: &[usize]) -> String {
     let mut joints: Vec<usize> =
         members.iter().flat_map(|&c| model.parameters[c].coordinates.iter().copied()).collect();

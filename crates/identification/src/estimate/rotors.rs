@@ -1,7 +1,8 @@
-//! Compares the errors of cross-validation with and without rotor inertias that a model lacks.
+//! Compares two errors of cross-validation: of a model without rotor inertias, and of the same model with the columns of rotor
+//! inertias added.
 //!
-//! The rows with rotor columns contain all columns of the model without rotor inertias. So one pass over the records is enough
-//! for both.
+//! Rows with rotor columns also contain all columns of the model without rotor inertias. So one pass over the records is enough
+//! for both models.
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::linear_model::Model;
@@ -28,7 +29,7 @@ impl WithRotors {
 
     /// Computes the rows of records with rotor columns; `None` if the options already contain rotor inertias.
     ///
-    /// Fails if there is no record, or if one cannot be read.
+    /// Fails if there is no record, or if a record cannot be read.
     pub fn of_records<R: Records + ?Sized>(
         regressor: &dyn Regressor,
         records: &R,
@@ -64,7 +65,7 @@ impl WithRotors {
         self.observation.select(&columns)
     }
 
-    /// Relative errors of cross-validation by tenths of the record: (without, with) the added rotor columns.
+    /// Relative errors of cross-validation by tenths of the record: (without the added rotor columns, with these columns).
     pub fn errors(&self, regressor: &dyn Regressor, options: &Options) -> (f64, f64) {
         let [wider, model] =
             [&self.friction, &options.friction].map(|friction| options.linear_model_with(regressor, friction));

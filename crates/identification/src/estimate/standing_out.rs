@@ -48,8 +48,8 @@ impl StandingOut {
         )
     }
 
-    /// The interval whose rows a contact may change, s. It is longer than the found interval by the window of the moving mean
-    /// at both ends.
+    /// The interval whose rows a contact may change, s. At both ends, this interval is longer than the found interval by the
+    /// window of the moving mean.
     pub fn reach(&self) -> [f64; 2] {
         [self.from - WINDOW_S, self.to + WINDOW_S]
     }
@@ -57,8 +57,8 @@ impl StandingOut {
 
 /// Length of the window of the moving mean, s.
 const WINDOW_S: f64 = 0.2;
-/// Least duration of a reported interval, s. It is longer than the window, because a reversal makes the moving mean an
-/// outlier for the length of the window.
+/// Least duration of a reported interval, s. This duration is longer than the window, because a reversal makes the moving mean
+/// an outlier for the length of the window.
 const LEAST_CONTACT_S: f64 = 1.5 * WINDOW_S;
 /// Least number of samples in a window of the moving mean.
 const LEAST_WINDOW_SAMPLES: usize = 5;
@@ -135,7 +135,7 @@ const BREAKAWAY_RATIO: f64 = 1.5;
 /// A joint is slow if its speed is below this share of its rms speed.
 const SLOW_SHARE_OF_SPEED: f64 = 0.1;
 
-/// The band of dry friction of joint j. `dry`: N m (N).
+/// The band of dry friction of joint j. `dry`: dry friction FS of the joint, N m (N).
 fn band(states: &States, j: usize, dry: f64) -> Band<f64> {
     let speeds = states.dq.iter().skip(j).step_by(states.n);
     let rms = (speeds.map(|v| v * v).sum::<f64>() / states.len().max(1) as f64).sqrt();

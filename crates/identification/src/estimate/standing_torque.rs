@@ -1,8 +1,8 @@
 //! Compares identified bodies with nominal bodies by their torques at rest.
 //!
-//! A prismatic joint along gravity carries the same weight in every pose. No motion separates this weight from an offset of
-//! the drive: the force at rest is identifiable, but the mass is not. A description of bodies has no offset, so the bodies
-//! get the whole force as weight.
+//! A prismatic joint along gravity carries the same weight in every pose. No motion separates this weight from an offset of the
+//! drive: the force at rest is identifiable, but the mass is not. A robot description has no offset of a drive, so the
+//! identified bodies get the whole force as weight. Bodies: the inertial parameters of the links.
 
 use linear_model::linear_model::Model;
 use linear_model::parameter::{FrictionParameter, Parameter, ParameterId};
@@ -47,9 +47,10 @@ pub fn offset_beside_weight(model: &Model, parameter: &Parameter) -> Option<usiz
 
 /// A reason not to use the identified bodies, from torques at rest; `None` if there is none.
 ///
-/// The torques of the fit `x` are the reference. At one joint, let d be the rms difference between the torques of the bodies and
-/// the reference. The bodies are refused if d clearly exceeds the difference of the description, and also exceeds the rms
-/// residual of the fit. `range`: positions in the logs, rad (m); `left`: residuals of the fit.
+/// The torques of the fit `x` are the reference. At one joint, let d be the rms difference between the torques of the bodies
+/// and the reference. d is computed for the identified and for the nominal bodies. The identified bodies are refused if their d
+/// clearly exceeds the d of the nominal bodies, and also exceeds the rms residual of the fit. `range`: positions in the logs,
+/// rad (m); `left`: residuals of the fit.
 pub fn farther_at_rest(
     model: &Model,
     x: &[f64],

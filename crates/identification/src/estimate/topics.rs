@@ -1,5 +1,5 @@
-//! Topics of claims: the aspect of a log or an estimate about which a claim is made. A report writes the joints after the
-//! topic: `zero of q2`.
+//! Topics of claims (statements with their evidence): the aspect of a log or an estimate about which a claim is made. A report
+//! writes the joints after the topic: `zero of q2`.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial};
 
@@ -56,7 +56,7 @@ pub const BODIES: Topic = Topic("bodies");
 pub const ROTORS_TAKEN: Topic = Topic("rotor inertias taken");
 /// A delay of the torques that `identify` compensated.
 pub const DELAY_TAKEN: Topic = Topic("delay taken back");
-/// Dead currents that `identify` took off.
+/// Dead currents (parts of currents that give no torque) that `identify` subtracted from the currents.
 pub const DEAD_CURRENT_TAKEN: Topic = Topic("dead current taken off");
 /// An orientation of the base that `identify` used instead of the described one.
 pub const MOUNT_TAKEN: Topic = Topic("mount taken");

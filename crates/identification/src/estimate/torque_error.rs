@@ -13,11 +13,11 @@
 //! The relative error is large for a motion that needs little torque. So about twenty motions are drawn at random, each over
 //! half of each joint's range, and the result is the 90 % quantile of e over these motions.
 //!
-//! For gravity compensation, the torques are those of gravity at rest, without friction. Joints with a vertical axis have no
-//! gravity torque. So the error is divided by the rms gravity torque, but by at least `GRAVITY_REFERENCE_SHARE` times the torque
-//! of motion.
+//! For gravity compensation, the torques are the gravity torques at rest, without friction. Joints with a vertical axis have no
+//! gravity torque. So the error is divided by the rms gravity torque, but by at least `GRAVITY_REFERENCE_SHARE` times the
+//! torque of motion.
 //!
-//! Errors of the model are not included, since the covariance does not contain them.
+//! Errors of the model are not included, since the covariance does not contain such errors.
 
 use linear_model::linear_model::Model;
 use linear_model::regressor::predict_load;
@@ -86,9 +86,9 @@ pub struct TorqueError {
     /// Relative error over all joints, as the 90 % quantile over random motions. If a robot has revolute and prismatic joints,
     /// the larger of the errors of both kinds.
     pub relative: f64,
-    /// The same relative error, but at positions within the range of the logs. It is given only if `relative` (positions within
-    /// the limits) exceeds `SURE_TORQUE`, and if the error at positions of the logs is less than half of `relative`; otherwise
-    /// `None`.
+    /// Relative error like `relative`, but at positions within the range of the logs. This error is given only if `relative`
+    /// (positions within the limits) exceeds `SURE_TORQUE`, and if the error at positions of the logs is less than half of
+    /// `relative`; otherwise `None`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within_seen: Option<f64>,
 }
@@ -116,8 +116,8 @@ const MOTION_RANGE_SHARE: f64 = 0.5;
 const SHOWN_SHARE: f64 = 1e-6;
 /// The reported relative error is this quantile over the random motions.
 const REPORTED_QUANTILE: f64 = 0.9;
-/// The error at positions within the logs is reported too if it is below this share of the error at positions within the
-/// limits.
+/// The error at positions within the range of the logs is reported in addition, if it is below this share of the error at
+/// positions within the joint limits.
 const NEAR_ERROR_SHARE: f64 = 0.5;
 
 impl TorqueError {
@@ -140,8 +140,8 @@ impl TorqueError {
 pub struct ErrorContributions<'a> {
     /// Covariance C of the parameters for noise, row by row.
     pub covariance: &'a [Vec<f64>],
-    /// Further possible changes of the parameters, e.g. by faults; one vector per fault. For each torque, the largest squared
-    /// effect is added to the variance.
+    /// Further possible changes of the parameters, for example by a fault of the log; one vector of changes per fault. For each
+    /// torque, the largest squared effect is added to the variance.
     pub changes: &'a [Vec<f64>],
     /// Changes of the parameters that single logs cause, one vector per log. For each torque, the sum of the squared effects
     /// replaces the variance from C if the sum is larger.
@@ -174,8 +174,8 @@ pub fn torque_errors(
     found.into_iter().enumerate().map(with_near).collect()
 }
 
-/// The error of each use. `seen`: range of motion for gravity compensation and for the speeds of the logs; `limits`: range of
-/// motion for the speed limits.
+/// The torque error of each use. `seen`: range of motion for the uses gravity compensation and feedforward at the speeds of the
+/// logs; `limits`: range of motion for the use feedforward at the speed limits.
 fn errors_within(
     model: &Model,
     x: &[f64],
@@ -206,7 +206,7 @@ pub fn shown_rank(model: &Model, x: &[f64], range: &MotionRange) -> usize {
 }
 
 /// For each random motion and each joint: (e_j^2, t_j^2), the mean squared error and the mean squared torque, (N m)^2 or N^2.
-/// `moves`: false for states at rest without friction.
+/// `moves`: false for states at rest; the torques then contain no friction.
 fn sums(
     model: &Model,
     x: &[f64],
@@ -347,14 +347,15 @@ mod tests {
                 });
             }
             let drawn = (sum / count).sqrt();
-            // Tolerance: with two hundred draws of a few parameters, the drawn variance has a relative standard deviation of a
+            // Tolerance: the variance of two hundred random samples of a few parameters has a relative standard deviation of a
             // tenth.
             assert!((one.joints[0].error / drawn - 1.0).abs() < 0.15, "{one:?} {drawn}");
             // The 90 % quantile over motions exceeds the mean, since some motions need less torque.
             let mean = one.joints[0].error / one.joints[0].torque;
             assert!((mean..3.0 * mean).contains(&one.relative), "{one:?}");
         }
-        // The torque of gravity depends neither on inertia nor on friction, so errors of these parameters cause no error.
+        // The torque of gravity depends neither on inertia nor on friction, so errors of these parameters cause no error of the
+        // gravity torque.
         let only = variances(&[1.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
         let only = ErrorContributions { covariance: &only, changes: &[], logs: &[], open: &[] };
         assert_eq!(torque_errors(&model, &x, only, &range(1.0), &range(3.0))[0].relative, 0.0);
@@ -363,8 +364,9 @@ mod tests {
         assert!(found[2].joints[0].error > 2.0 * found[1].joints[0].error, "{found:?}");
     }
 
-    /// tau = g (MX cos q - MY sin q) with unknown MY: the torque is accurate near q = 0, where the log was, but not
-    /// elsewhere. No second error is reported if the torque is equally inaccurate near the log, or accurate everywhere.
+    /// tau = g (MX cos q - MY sin q) with unknown MY: the torque is accurate near q = 0, the positions of the log, but not
+    /// elsewhere. No second error is reported if the torque is equally inaccurate at the positions of the log, or accurate
+    /// everywhere.
     #[test]
     fn the_error_within_the_positions_of_the_logs_is_beside_a_large_one() {
         let (arm, model) = pendulum();

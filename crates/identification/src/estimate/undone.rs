@@ -3,10 +3,10 @@
 //! ```text
 //! q = R^-1 q_m + q_0        tau = R' tau_m / s
 //! ```
-//! q_m, tau_m: logged positions and torques; R: matrix of the transmission; q_0: offsets, rad (m); s: scales of the torques.
-//! A zero offset is added to q_0, and a wrong scale multiplies s. Wrong signs and exchanged columns are undone by other column
+//! q_m, tau_m: logged positions and torques; R: matrix of the transmission; q_0: offsets, rad (m); s: scales of the torques. A
+//! zero offset is added to q_0, and a wrong scale multiplies s. Wrong signs and exchanged columns are undone by other column
 //! names. Faults are undone one after the other as in `log_check::change`. So a change of sign also changes the sign of a zero
-//! offset that was undone before it.
+//! offset that was undone earlier.
 
 use logs::{ColumnNames, NamePattern};
 

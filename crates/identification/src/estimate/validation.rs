@@ -1,4 +1,5 @@
-//! Holds the artefact `Validation` (validation.yaml): errors of an estimate on motions that were not used for it.
+//! Holds the artefact `Validation` (validation.yaml), the file in which rist stores the errors of an estimate on motions that
+//! were not used for it. tau: measured torque; tau_predicted: torque that the estimate predicts for the same motion.
 
 use std::fmt;
 

@@ -1,6 +1,7 @@
 //! Makes the verdict on an identification or a validation: the trust for each use, the reasons, and the next step.
 //!
-//! All evidence is collected as claims ([`crate::estimate::claims`]). The trust for a use follows from the worst of the
+//! All evidence is collected as claims, that is, statements with their evidence ([`crate::estimate::claims`]). Bodies: the
+//! inertial parameters of the links, one of the results that can be used. The trust for a use follows from the worst of the
 //! claims that the use needs (`claims::worst`). The overall trust is the lowest trust for all uses of torques.
 
 use std::fmt;
@@ -26,7 +27,7 @@ use crate::estimate::torque_error::{TorqueError, Use};
 
 pub use claims::Trust;
 
-/// The verdict on an estimate or a validation. It is printed at the end of a report.
+/// The verdict on an estimate or a validation. The verdict is printed at the end of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The lowest trust for all uses of torques (gravity compensation, feedforward).
@@ -65,8 +66,8 @@ pub struct BodiesEvidence {
     pub masses: Vec<(String, f64, f64)>,
     /// A sentence that the description predicts the torques at rest better than the bodies do; `None` if this is not the case.
     pub at_rest: Option<String>,
-    /// Names of joints whose whole force at rest is counted as weight. At these joints, an offset of the drive is not separable
-    /// from the weight.
+    /// Names of joints whose whole force at rest is counted as the weight of the bodies, because an offset of the drive is not
+    /// separable from this weight.
     pub weighed: Vec<String>,
 }
 
@@ -154,7 +155,7 @@ impl Verdict {
 }
 
 impl Verdict {
-    /// The reasons that lower the trust for the use called `name`; empty if no reason lowers it.
+    /// The reasons that lower the trust for the use called `name`; empty if no reason lowers the trust.
     pub fn because(&self, name: &str) -> Vec<String> {
         let purposes = Use::ALL.map(torque_purpose).into_iter().chain([bodies_purpose()]);
         let mut of_it = purposes.filter(|purpose| purpose.name == name);
@@ -165,7 +166,8 @@ impl Verdict {
         })
     }
 
-    /// The trust for bodies, and the reasons to refuse them. If no bodies were requested, the overall trust.
+    /// The trust in the identified bodies, and the reasons to refuse the bodies. If no bodies were requested, the trust is the
+    /// overall trust.
     pub fn of_bodies(&self) -> (Trust, Vec<String>) {
         let trust = self.uses.get(Use::ALL.len()).map_or(self.trust, |bodies| bodies.trust.min(self.trust));
         let lowered = lowering(&self.claims, &bodies_purpose());
@@ -214,7 +216,7 @@ fn not_yet_identified(claim: Claim, others: &[Claim]) -> Option<Claim> {
     (!open.is_empty()).then(|| Claim::new(Subject::of(subject.topic, open), claim.outcome().clone()))
 }
 
-/// The claims on the identified bodies. Most are reasons to refuse them.
+/// The claims on the identified bodies. Most of these claims are reasons to refuse the bodies.
 fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let Some(bodies) = evidence.bodies else { return Vec::new() };
     let against = |topic: Topic, fault: String, advice: &str| {
@@ -224,8 +226,8 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let refused = |fault: String, advice: &str| against(BODIES, fault, advice);
     let look = "look at the remarks; [rotor_inertia=actuated] takes rotors out of the bodies";
     let mut claims: Vec<Claim> = bodies.refusal.iter().map(|why| against(LOG, why.clone(), look)).collect();
-    // A common factor of all masses is an error of a unit or a gain. Without a common factor, the mass of a single body counts
-    // as a fault, unless the change is small.
+    // A common factor of all masses is an error of a unit or a gain. Without a common factor, an implausible mass of a single
+    // body counts as a fault, unless the change of this mass is small.
     let ratios: Vec<f64> = bodies.masses.iter().map(|(_, ratio, _)| *ratio).collect();
     let whole: f64 = bodies.masses.iter().map(|(_, _, mass)| mass).sum();
     let is_off = |&&(_, ratio, mass): &&(String, f64, f64)| {
@@ -248,7 +250,7 @@ fn claims_of_bodies(evidence: &Evidence) -> Vec<Claim> {
     let what = "the force at rest is weight: an additional offset of the drive does not show";
     let assumed = Outcome::Assumed { what: what.into(), by: "default".into() };
     claims.extend((!bodies.weighed.is_empty()).then(|| Claim::new(at(BODIES, &bodies.weighed), assumed)));
-    // The bodies are refused if the nominal parameters predict as well as the identified parameters.
+    // The bodies are refused if the nominal parameters predict at least as well as the identified parameters.
     if let (Some(described), Some(held_out)) = (evidence.described, evidence.prediction.held_out)
         && described <= held_out
     {
@@ -367,7 +369,7 @@ fn use_it(evidence: &Evidence, bodies: Option<&UseVerdict>) -> String {
     format!("use it ({steps})")
 }
 
-/// Topics whose claims are not listed in the report, because its table, reasons or remarks contain them.
+/// Topics whose claims are not listed in the report, because the table, the reasons or the remarks of the report contain them.
 const TOLD_ELSEWHERE: [Topic; 9] = [
     GRAVITY_TORQUE,
     TORQUE_SEEN,

@@ -3,10 +3,10 @@
 //! minimise  1/2 |A y - z|^2  +  w/2 sum_i (y_i / sd_i)^2
 //!           + gamma [sum_j (tr P_j - log det P_j - 4) + sum_k (y_k - log y_k - 1)],   w = min(gamma / gamma_0, 1)
 //!
-//! A, z: rows and right-hand side of the weighted data. y: the unknowns. They are the pseudo-inertias P_j of the bodies and
-//! the rotor inertias y_k, both relative to reference values, and the friction parameters y_i. sd_i: standard deviation of the
-//! prior of y_i. gamma: weight of the barrier; gamma_0: full weight of the prior. Each Newton step has a line search that
-//! stays in the cone. The module `consistent` makes A, z and the reference values.
+//! A, z: rows and right-hand side of the weighted data. y: the unknowns, that is, the pseudo-inertias P_j of the bodies and the
+//! rotor inertias y_k, both relative to reference values, and the friction parameters y_i. sd_i: standard deviation of the
+//! prior of y_i. gamma: weight of the barrier; gamma_0: full weight of the prior. Each Newton step has a line search that stays
+//! in the cone. The module `consistent` makes A, z and the reference values.
 //!
 //! The suboptimality bound limits chi^2(y)/2 - chi^2(x)/2, where y is the solution and x is any other point. The bound holds
 //! because chi^2 is convex, and because the gradient of the minimised function is zero at y. Let t be the sum of traces
@@ -14,8 +14,8 @@
 //!
 //! chi^2(y)/2 - chi^2(x)/2 <= gamma (4 bodies + rotors + t(x) - t(y)) + w sum_i y_i (x_i - y_i) / sd_i^2
 //!
-//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]. It is evaluated for the worst x that is up to `LARGEST_BOUNDED_RATIO` times as
-//! large as y.
+//! [Boyd, Vandenberghe 2004, 3.1.3 and 11.2]. The bound is evaluated for the worst x that is up to `LARGEST_BOUNDED_RATIO`
+//! times as large as y.
 //!
 //! chi^2 is computed from the residual and not as 1/2 y'A'A y - z'A y + c. If the torques are a thousand times larger than their
 //! noise, the rounding of these three terms is a ten-thousandth of a nat, and a line search cannot find a descent.
@@ -42,18 +42,21 @@ const NEAR_DECREMENT: f64 = 0.1;
 /// Near the solution, each Newton step must reduce the squared decrement to at most this share. Otherwise the Hessian is too
 /// inaccurate.
 const LARGEST_DECREMENT_RATIO: f64 = 0.25;
-/// Armijo condition of the line search: least decrease of the objective, divided by squared Newton decrement times step length.
+/// Armijo condition of the line search: least decrease of the objective, divided by the product of the squared Newton decrement
+/// and the step length.
 const SUFFICIENT_DECREASE: f64 = 0.1;
 /// Shortest step of the line search, relative to the Newton step.
 const SHORTEST_STEP: f64 = 5e-11;
 /// If the line search finds no descent, the iteration still counts as converged if the squared Newton decrement divided by the
 /// objective is below this value.
 const STALLED_DECREMENT_SHARE: f64 = 1e-9;
-/// Ridges that are added to the Hessian of unit diagonal. They are tried in this order until the Hessian is positive definite.
+/// Ridges that are added to the Hessian of unit diagonal. The ridges are tried in this order until the Hessian is positive
+/// definite.
 const RELATIVE_RIDGES: [f64; 4] = [0.0, 1e-14, 1e-12, 1e-10];
 
-/// The suboptimality bound holds for bodies up to this size: the traces of their pseudo-inertias are at most this many times
-/// the traces of the solution. The bound also holds for friction parameters up to this many prior standard deviations.
+/// The suboptimality bound compares the solution with other bodies up to this size: the traces of their pseudo-inertias are at
+/// most this many times the traces in the solution. The bound also holds for friction parameters up to this many prior standard
+/// deviations.
 pub(crate) const LARGEST_BOUNDED_RATIO: f64 = 100.0;
 
 /// The minimisation problem of the module in the scaled variables y.
@@ -72,7 +75,8 @@ pub(crate) struct Problem {
     pub bodies: Vec<usize>,
     /// For each rotor inertia: its index in y.
     pub rotors: Vec<usize>,
-    /// The pseudo-inertia P of a body is linear in the ten parameters y_i of this body. These are the ten derivatives dP/dy_i.
+    /// The pseudo-inertia P of a body is linear in the ten parameters y_i of this body. `units` are the ten derivatives
+    /// dP/dy_i.
     pub units: [Matrix4<f64>; 10],
 }
 
@@ -83,7 +87,8 @@ impl Problem {
     }
 
     /// Suboptimality bound, nats: how much larger 1/2 chi^2 of the solution y can be than 1/2 chi^2 of any x up to
-    /// `LARGEST_BOUNDED_RATIO` times as large. `share`: weight of the prior at y relative to its full weight. See the module.
+    /// `LARGEST_BOUNDED_RATIO` times as large. `share`: weight of the prior at y relative to its full weight. The head of this
+    /// file has the equation.
     pub(crate) fn suboptimality_bound(&self, y: &DVector<f64>, share: f64) -> f64 {
         let traces = self.bodies.iter().map(|&first| self.body(y, first).trace());
         let size: f64 = traces.chain(self.rotors.iter().map(|&c| y[c])).sum();
@@ -303,7 +308,8 @@ fn entries(m: &Matrix4<f64>) -> DVector<f64> {
 
 /// Largest factor between two successive values of gamma on the central path. gamma: weight of the barrier.
 const LARGEST_GAMMA_FACTOR: f64 = 5.0;
-/// Following the central path fails if the factor between two successive values of gamma falls below this value.
+/// gamma decreases along the central path. If the step to the next gamma fails, the ratio of the two values of gamma is
+/// reduced. Below this ratio, following the path has failed.
 const SMALLEST_GAMMA_FACTOR: f64 = 1.05;
 
 /// If a decrease of gamma needs fewer Newton steps than this number, the factor between successive values of gamma grows again.

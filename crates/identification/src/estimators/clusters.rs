@@ -1,5 +1,5 @@
 //! Computes how an error that is common to a cluster of rows changes the parameters. All cluster-robust standard deviations
-//! follow from it.
+//! follow from this change.
 //!
 //! W: all weighted rows, A = W'W. W_g, e_g: rows and residuals of cluster g, A_g = W_g' W_g. Then
 //!   S_g = (A - k A_g)^-1 W_g' e_g
@@ -31,8 +31,8 @@ pub struct Cluster {
 }
 
 impl Cluster {
-    /// The cluster of all rows of a triangle with R and right-hand side z: A_g = R'R, and W_g' e_g = R'(z - R x) at the solution
-    /// x.
+    /// The cluster of all rows of a triangle (R of QR, with the right-hand side z): A_g = R'R, and W_g' e_g = R'(z - R x) at
+    /// the solution x.
     pub fn of(rows: &Triangle, x: &[f64]) -> Cluster {
         let p = rows.columns();
         let r = upper(rows);
@@ -139,8 +139,8 @@ impl FullNormalMatrix {
         variance
     }
 
-    /// Partial leverage of each cluster g on each parameter c, (A^-1 A_g A^-1)_cc / (A^-1)_cc. `held`: ridge on A. Each cluster
-    /// must have all columns.
+    /// Partial leverage of each cluster g on each parameter c: the share (A^-1 A_g A^-1)_cc / (A^-1)_cc of the information on c
+    /// that comes from g. `held`: ridge on A. Each cluster must have all columns.
     pub fn information_shares<'a>(&'a self, clusters: &'a [Cluster], held: f64) -> impl Iterator<Item = Vec<f64>> + 'a {
         let p = self.scale.len();
         let inverse = self.without(None, held).map_or(DMatrix::zeros(p, p), |factor| factor.inverse());

@@ -3,18 +3,19 @@
 //! minimise  1/(2 s) |R (B phi, f) - z|^2 + 1/2 sum_i (f_i / sd_i)^2
 //!           + gamma sum_j [tr(P0_j^-1 P_j) - log det(P0_j^-1 P_j) - 4]   over P_j > 0, IA >= 0
 //!
-//! R, z: the triangle of the data, whitened (residual of unit variance); phi: standard parameters; X = B phi: base parameters; f:
-//! friction; P_j: pseudo-inertia of body j, P0_j: its reference; IA: rotor inertias. The last term is the entropic
-//! (log-determinant) divergence from the reference bodies [Lee, Wensing, Park 2020]. It regularises parameters that the data do
-//! not determine. Its logarithm is also the barrier that keeps every P_j > 0, so the problem is convex and unconstrained inside
-//! the cone. With gamma = 1e-3 the term counts as a thousandth of a unit of log-likelihood: the solution then equals least
-//! squares if least squares is consistent.
+//! R, z: the triangle of the data (R of the QR decomposition of the rows, z: its right-hand side), whitened (residual of unit
+//! variance); phi: standard parameters (ten of each body); X = B phi: base parameters; f: friction; P_j: pseudo-inertia of body
+//! j, P0_j: pseudo-inertia of its reference body; IA: rotor inertias. The last term is the entropic (log-determinant)
+//! divergence from the reference bodies [Lee, Wensing, Park 2020]. This term regularises parameters that the data do not
+//! determine. The logarithm in this term is also the barrier that keeps every P_j > 0, so the problem is convex and
+//! unconstrained inside the cone. With gamma = 1e-3 the term counts as a thousandth of a unit of log-likelihood: the solution
+//! then equals least squares if least squares is consistent.
 //!
-//! The prior biases the solution, so chi^2 exceeds the minimum over all bodies. The logarithms alone raise chi^2/2 by at most
-//! gamma (4 bodies + rotors). If the reference is far from the data, the excess is larger. Therefore the problem is solved for
-//! decreasing weights of the prior and of the bounds on friction, down to a millionth, and further until
-//! `Problem::suboptimality_bound` is small. The result is the solution with the largest weight, at most one, whose chi^2/2 is
-//! within gamma (4 bodies + rotors) of the last solution. So a reference that contradicts the data loses its weight.
+//! The last term acts as a prior and biases the solution, so chi^2 exceeds the minimum over all bodies. The logarithms alone
+//! raise chi^2/2 by at most gamma (4 bodies + rotors). If the reference is far from the data, the excess is larger. Therefore
+//! the problem is solved for decreasing weights of the prior and of the bounds on friction, down to a millionth, and further
+//! until `Problem::suboptimality_bound` is small. The result is the solution with the largest weight, at most one, whose
+//! chi^2/2 is within gamma (4 bodies + rotors) of the last solution. So a reference that contradicts the data loses its weight.
 //!
 //! s >= 1 discounts the data, because residuals are correlated in time. sd_i is the prior standard deviation of friction that the
 //! motion does not identify. The problem is solved by Newton's method with line search. gamma is decreased from a value at which
@@ -30,7 +31,8 @@ use crate::estimators::barrier::{BarrierStatus, CentralPath, Problem};
 /// The prior knowledge of bodies and friction.
 #[derive(Clone, Debug)]
 pub struct Prior {
-    /// Reference parameters XX .. M of each body, in the order of `StandardMap::bodies`. `None`: a ball of mass `scale`.
+    /// Reference parameters XX .. M of each body, in the order of `StandardMap::bodies`. `None`: the parameters are unknown;
+    /// the reference is a ball of mass `scale`.
     pub bodies: Vec<Option<Ten>>,
     /// Mass of the ball (radius of gyration 0.1 m) that replaces unknown bodies, kg.
     pub scale: f64,
@@ -55,8 +57,8 @@ pub struct Consistent {
     pub smallest_eigenvalues: Vec<f64>,
     /// 1/2 chi^2 of the data at the solution, divided by the discount, nats. The prior is not included.
     pub objective: f64,
-    /// Suboptimality bound of `objective`, nats: by how much it can exceed the objective of any bodies up to
-    /// `LARGEST_BOUNDED_RATIO` times as large. `None` if the solver stalled.
+    /// Suboptimality bound of `objective`, nats: largest possible difference between `objective` and the objective of any other
+    /// bodies that are at most `LARGEST_BOUNDED_RATIO` times as large. `None` if the solver stalled.
     pub excess: Option<f64>,
     /// Final weight of the prior relative to its full weight. This share is 1 if the data do not contradict the prior.
     pub prior_share: f64,
@@ -89,7 +91,7 @@ pub fn consistent(triangle: &Triangle, map: &StandardMap, prior: &Prior) -> Cons
     let x_of_y = scatter(map, total) * &transform;
     let problem = problem(triangle, map, prior, &x_of_y);
     // The path starts at a gamma at which the prior dominates, and gamma decreases to the full weight of the prior. Then gamma
-    // decreases further, by the factor [`PRIOR_SHARE_FACTOR`] in each round.
+    // is decreased further, multiplied by [`PRIOR_SHARE_FACTOR`] in each round.
     let y = at_reference(&problem, dimension);
     let gamma = problem.starting_gamma(&y, problem.hessian.diagonal().max().max(prior.gamma));
     let mut path = CentralPath::new(&problem, y, gamma);
@@ -251,7 +253,7 @@ mod tests {
         for i in 0..10 {
             let sigma = (ls.variance * ls.inverse[(i, i)]).sqrt();
             // A prior with weight gamma changes the optimum by about gamma sigma (gamma: nats per unit of divergence). The
-            // tolerance is larger.
+            // tolerance of the test is larger than this change.
             assert!((out.x[i] - ls.x[i]).abs() < 1e-3 * sigma, "{i}: {} {}", out.x[i], ls.x[i]);
         }
     }
@@ -288,8 +290,8 @@ mod tests {
         }
     }
 
-    /// Data may determine some directions of the parameter space to many digits, and other directions not at all. A'A is then
-    /// too ill-conditioned for f64.
+    /// Data may determine some directions of the parameter space to many digits, and other directions not at all. The normal
+    /// matrix A'A is then too ill-conditioned for f64.
     #[test]
     fn data_of_any_precision_are_followed() {
         for precision in [1e2, 1e5, 1e8, 1e10, 1e11] {
@@ -341,7 +343,7 @@ mod tests {
     }
 
     /// The entropic prior does not depend on the frame. If the frames of the body, the reference body and the data are rotated
-    /// and moved in the same manner, the solution is the same body, rotated and moved. A Euclidean prior would fail here.
+    /// and moved equally, the solution is the same body, rotated and moved. A Euclidean prior would fail here.
     #[test]
     fn the_prior_does_not_depend_on_the_frame() {
         let (s, c) = 0.7f64.sin_cos();

@@ -1,10 +1,11 @@
 //! Robust regression: outliers have smaller weights.
 //!
-//! Iteratively reweighted least squares with the weights w(u) of `loss`, u = residual / s_j, s_j = 1.4826 median
-//! |residual| of joint j. Huber's weights start from the WLS solution, Tukey's from Huber's solution.
+//! The method is iteratively reweighted least squares. The weights w(u) are those of the module `loss`, with u = residual / s_j
+//! and the scale s_j = 1.4826 median(absolute residual) of joint j. Huber's weights start from the WLS solution, Tukey's from
+//! Huber's solution.
 //!
-//! With psi(u) = w u the covariance is C = s^2 mean psi^2 / (mean psi')^2 (W'W)^-1 [Huber 1981, 7.6]. The triangle of
-//! the weighted rows would give s^2 mean(psi u) / mean w instead.
+//! With psi(u) = w u the covariance is C = s^2 mean psi^2 / (mean psi')^2 (W'W)^-1 [Huber 1981, 7.6]. The triangle (R of the QR
+//! decomposition) of the weighted rows would give s^2 mean(psi u) / mean w instead.
 
 use linear_model::linear_model::Model;
 use logs::Error;
@@ -61,7 +62,7 @@ pub fn row_factor(robust: Option<&Robust>, j: usize, e: f64) -> f64 {
     robust.map_or(1.0, |rows| rows.weight(j, e).sqrt())
 }
 
-/// Iteratively reweighted least squares with the loss `loss`. It starts from the solution `start`.
+/// Iteratively reweighted least squares with the loss `loss`. The iteration starts from the solution `start`.
 ///
 /// Fails if a record cannot be read.
 pub fn reweighted<R: Records + ?Sized>(
@@ -145,8 +146,8 @@ impl Means {
 
 /// A histogram of absolute values with a relative resolution of 1/256.
 ///
-/// The bins are the leading bits of a float, which are a logarithmic scale. The median is computed without storing the numbers
-/// and without knowing their range.
+/// The index of a bin is the leading bits of a float, so the bins have a logarithmic scale. The median is computed without
+/// storing the numbers and without knowing their range.
 #[derive(Clone)]
 struct Sizes {
     counts: Vec<u32>,

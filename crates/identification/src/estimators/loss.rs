@@ -1,6 +1,7 @@
 //! Loss functions of robust regression: Huber's and Tukey's (bisquare).
 //!
-//! u = residual / s_j, s_j: scale of the residuals of joint j; psi(u) = w(u) u: influence function.
+//! u = residual / s_j, s_j: scale of the residuals of joint j; psi(u) = w(u) u: influence function, psi': its derivative. k and
+//! c are the bounds beyond which a row counts as an outlier.
 //!
 //! | loss | weight w(u) | psi'(u), psi = w u | bound |
 //! |---|---|---|---|
@@ -8,8 +9,8 @@
 //! | bisquare | (1 - (u/c)^2)^2, beyond c: 0 | (1 - (u/c)^2)(1 - 5 (u/c)^2), beyond c: 0 | c = 4.685 |
 //!
 //! Both have 95 % of the efficiency of least squares for normal noise. Huber's loss bounds the influence of a row: one-sided
-//! outliers shift the estimate by k times their share. Tukey's loss removes outliers completely. It has several minima, and
-//! the one nearest to Huber's solution is taken. [Huber 1981, 7.6; Holland, Welsch 1977; Yohai 1987]
+//! outliers shift the estimate by k times their share. Tukey's loss removes outliers completely. The sum of Tukey's losses has
+//! several minima; the minimum nearest to Huber's solution is taken. [Huber 1981, 7.6; Holland, Welsch 1977; Yohai 1987]
 
 /// A loss function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

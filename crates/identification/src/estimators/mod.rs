@@ -1,4 +1,5 @@
-//! Estimators: each file computes a solution from the triangles (R of QR) of the joints.
+//! Estimators: each file computes a solution from the triangles of the joints. A triangle is the R of the QR decomposition of
+//! all rows (equations) of a joint; it contains all that least squares needs.
 
 pub mod barrier;
 pub mod clusters;

@@ -1,8 +1,9 @@
 //! Estimates a load on a link from a log with the load and a log without it.
 //!
-//! The load is an additional rigid body on the link: its ten parameters phi_L add to the parameters of the link. With
-//! X = B phi the torque of the loaded log is W (X + B_L phi_L), where B_L are the ten columns of B that belong to the link.
-//! Both logs are solved together for X, friction and phi_L [Khalil, Gautier, Lemoine 2007], weighted by joint.
+//! The load is an additional rigid body on the link: its ten parameters phi_L add to the parameters of the link. W: rows of the
+//! regressor; phi: standard parameters of all links; X = B phi: base parameters. The torque of the log with the load is W (X +
+//! B_L phi_L), where B_L are the ten columns of B that belong to the link. Both logs are solved together for X, friction and
+//! phi_L [Khalil, Gautier, Lemoine 2007], weighted by joint.
 
 use linear_model::pseudo_inertia::Ten;
 use linear_model::standard_map::StandardMap;
@@ -20,8 +21,8 @@ pub struct Payload {
     pub sigma: Ten,
     /// Covariance for white noise, 10 x 10.
     pub covariance: DMatrix<f64>,
-    /// For each joint, the change of the load's parameters if the torques of this joint in both logs grow by 100 %. The sum over
-    /// all joints is the load itself.
+    /// For each joint, the change of the load's parameters if the torques of this joint are doubled in both logs. The load is
+    /// linear in the torques, so the sum of these changes over all joints is the load itself.
     pub by_scale: Vec<Ten>,
     /// For each of the ten parameters, whether the data determine it.
     pub determined: [bool; 10],
@@ -29,8 +30,8 @@ pub struct Payload {
 
 /// Estimates the load on body `link` of the map, in the frame of that body.
 ///
-/// `without`, `with`: the triangle of each joint from the log without the load and from the log with it. `weights`: weight of
-/// each joint.
+/// `without`, `with`: the triangle (R of QR) of each joint from the log without the load, and from the log with the load.
+/// `weights`: weight of each joint.
 ///
 /// Fails if the map has no such body or does not fit the triangles.
 pub fn payload(
@@ -52,7 +53,8 @@ pub fn payload(
     // The matrix B_L: the ten columns of B of the link that carries the load.
     let load = map.matrix.columns(first, 10);
     let m = p + 10;
-    // The rows are [W, W B_L] with the load and [W, 0] without it, from the triangles of each joint.
+    // The rows of the log with the load are [W, W B_L], and the rows of the log without the load are [W, 0]. W comes from the
+    // triangle of each joint.
     let mut block = TriangleBuilder::new(m);
     let mut products = vec![vec![0.0; m]; with.len()];
     for (triangles, loaded) in [(without, false), (with, true)] {
@@ -93,7 +95,8 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// The standard map of a robot of one body. Its ten standard parameters are also its base parameters.
+    /// The standard map of a robot of one body. The ten standard parameters of the body are also the base parameters of the
+    /// robot.
     fn one_body() -> StandardMap {
         let standard = (0..10).map(|i| format!("P{i}")).collect();
         let matrix = DMatrix::identity(10, 10);

@@ -1,9 +1,9 @@
 //! Cluster-robust standard deviations, for residuals that are not white noise.
 //!
-//! The error of the estimate x is x - X = sum_r h_r, h_r = A^-1 W_r' e_r, A = W'W, over weighted rows W_r with errors e_r. White
-//! noise gives the covariance s^2 A^-1. The residual of a model is not white, and most of it is not noise: it repeats whenever
-//! the robot is in the same state. Rows that have a common error are a cluster. The sum of h over a cluster counts as one
-//! independent draw,
+//! X: true parameters; W: weighted rows; A = W'W. The error of the estimate x is x - X = sum_r h_r. h_r = A^-1 W_r' e_r is the
+//! contribution of row W_r with the error e_r. White noise with the standard deviation s gives the covariance s^2 A^-1. The
+//! residual of a model is not white, and most of it is not noise: it repeats whenever the robot is in the same state. Rows that
+//! have a common error are a cluster. The sum of h_r over a cluster counts as one independent random value,
 //!   var x = f sum_g S_g^2,   S_g = (A - k A_g)^-1 W_g' e_g,   A_g = W_g' W_g      [Liang, Zeger 1986]
 //! The fit has absorbed the share A^-1 A_g of the error of cluster g, and k corrects for this. With k = 1, x - S_g is the fit
 //! without the cluster and f = (G - 1) / G for G clusters, which is the jackknife. With k = 1/2, (1 - A^-1 A_g / 2)^-1 equals
@@ -20,14 +20,15 @@
 //! Drifts last longer than a block, so k is near one for blocks, which overestimates the deviation. k is 19/20 and not 1: if a
 //! block is left out as a whole, a direction of the parameters that only this block determines has no value.
 //!
-//! With white noise only, all rows of the table estimate one variance. Then the largest one is too large, because there are few
-//! draws, and the mean is right. Slow noise makes the variance by blocks larger than the variance by bands, for nearly every
-//! parameter. Errors of the model make the variance by bands larger. In both cases the larger variance is right. The cases are
-//! distinguished by the ratio of two variances, as median over the parameters (`EQUAL_OCTAVES`, `DIFFERENT_OCTAVES`,
-//! `LEAST_COMPARED_PARAMETERS`): first for speed and position, then for their result and the blocks. No sigma is below the sigma
-//! for white noise. `tests/benches/coverage.rs` measures the result. There are too few logs for such a comparison. So the
-//! deviation by logs is only a lower bound of sigma. It is not inflated by the quantile of Student's t, which for two logs would
-//! be a factor of 6.
+//! With white noise only, the variances from all rows of the table are estimates of one variance. Each estimate is inaccurate,
+//! because the number of clusters is small. So the largest of them would be too large, and their mean is right. Slow noise
+//! makes the variance by blocks larger than the variance by bands, for nearly every parameter. Errors of the model make the
+//! variance by bands larger. In both cases the larger variance is right. The cases are distinguished by the ratio of two
+//! variances, as median over the parameters (`EQUAL_OCTAVES`, `DIFFERENT_OCTAVES`, `LEAST_COMPARED_PARAMETERS`): first the
+//! variances by speed and by position are compared and combined, then their result and the variance by blocks. No sigma is
+//! below the sigma for white noise. `tests/benches/coverage.rs` measures the result. There are too few logs for such a
+//! comparison. So the deviation by logs is only a lower bound of sigma. This bound is not inflated by the quantile of Student's
+//! t, which for two logs would be a factor of 6.
 //!
 //! An error that is a linear combination of columns of W cannot be detected here. Examples are a wrong gain, a wrong gravity,
 //! and friction that grows differently with the speed over the whole range.
@@ -50,8 +51,8 @@ const BLOCK_LEVERAGE_SHARE: f64 = 0.95;
 const BAND_LEVERAGE_SHARE: f64 = 0.5;
 
 /// Two variances are equal if the median over the parameters of |log2(ratio of the variances)| is at most this value. Then
-/// their mean is used. Measured on 24 records of a UR5: white noise 0.0 to 0.75; slow noise at least 1.1; another friction law,
-/// ripple and play at least 0.5.
+/// their mean is used. On 24 records of a UR5 this median was 0.0 to 0.75 for white noise, at least 1.1 for slow noise, and at
+/// least 0.5 for another friction law, ripple and play.
 const EQUAL_OCTAVES: f64 = 0.5;
 /// Two variances are different if the median |log2(ratio)| is at least this value. Then the larger variance is used. Between
 /// `EQUAL_OCTAVES` and this value, the result is interpolated.
@@ -94,8 +95,8 @@ impl ReplicateDeviation {
 
     /// The standard deviation of each parameter without changes from log to log.
     ///
-    /// If the deviations by blocks, speed and position differ, the largest deviation is taken. If they agree, their mean is
-    /// taken. The result is at least the deviation for white noise.
+    /// If the deviations by blocks, speed and position differ, the largest deviation is taken. If these three deviations agree,
+    /// their mean is taken. The result is at least the deviation for white noise.
     pub fn within_logs(&self) -> Vec<f64> {
         let by_state = together(&self.by_position, &self.by_speed);
         let believed = together(&by_state, &self.by_part);
@@ -110,7 +111,7 @@ impl ReplicateDeviation {
 }
 
 /// Combines two standard deviations `above` and `below` of each parameter. If the variances differ, the result is the root of
-/// the larger variance. If they agree, it is the root of the mean variance.
+/// the larger variance. If the variances agree, the result is the root of the mean variance.
 fn together(above: &[f64], below: &[f64]) -> Vec<f64> {
     let ratio = median_ratio(above, below).filter(|_| above.len() >= LEAST_COMPARED_PARAMETERS);
     // With too few parameters, the variances count as different.
@@ -144,8 +145,8 @@ pub fn state_bands<'a>(
     StateBands::new(model, observation, Arc::new(weight))
 }
 
-/// The standard deviations of the parameters of a fit. `weights`: weight of each joint. `bands`: made by [`state_bands`]; they
-/// must contain all rows with their residuals.
+/// The standard deviations of the parameters of a fit. `weights`: weight of each joint. `bands`: sums that [`state_bands`]
+/// made; all rows must have been added to them with their residuals.
 ///
 /// `reweighted`: the robust fit, if its rows have robust weights.
 pub fn replicate_deviation(
@@ -351,8 +352,8 @@ mod tests {
         };
         let (alike, apart) = (changed(0.0), changed(0.05));
         for (c, x) in arm.truth.iter().enumerate() {
-            // The result of each log has an error of 0.05 x. The standard deviation of the result from both logs has the same
-            // size.
+            // The estimates from the two logs have errors of about 0.05 x. The standard deviation of the estimate from both
+            // logs must have about this size.
             assert!((0.6..1.6).contains(&(apart.by_log(c) / (0.05 * x.abs()))), "{c}: {apart:?}");
             assert!(apart.sigma()[c] >= apart.by_log(c), "{c}: {apart:?}");
             assert!(alike.by_log(c) < 3.0 * alike.within_logs()[c], "{c}: {alike:?}");

@@ -1,4 +1,5 @@
-//! Computes sums of products of the columns of rows with each other, for eight rows at a time (SIMD lanes).
+//! Computes sums of products of the columns of rows with each other, W'W and W'e, for eight rows at a time (SIMD lanes). W:
+//! rows of the regressor of one joint; e: residuals or torques, the last column.
 
 use generated::Eight;
 use numerics::reflection::add_products;
@@ -25,7 +26,7 @@ impl RowProducts {
 
     /// Adds eight rows: their entries at `places`, then `right` as the last column. Each row is multiplied by its weight.
     pub fn push(&mut self, places: &[usize], entries: &[Eight], right: &[f64; 8], weights: &[f64; 8]) {
-        // A row of weight zero may contain NaN, and 0 * NaN is NaN. It is therefore replaced by zeros.
+        // A row of weight zero may contain NaN, and 0 * NaN is NaN. Such a row is therefore replaced by zeros.
         let weighted = |x: &[f64; 8]| {
             let mut row = Eight([0.0; 8]);
             for lane in 0..8 {
@@ -49,7 +50,8 @@ impl RowProducts {
         self.products.iter_mut().zip(&next).for_each(|(sum, product)| *sum += product);
     }
 
-    /// The sums over all rows. With m columns and the last one, the product of columns i <= j is at index j (m + 1) + i.
+    /// The sums over all rows. With m regressor columns and one last column, the product of columns i <= j is at index j (m +
+    /// 1) + i.
     pub fn finish(mut self) -> Vec<f64> {
         self.complete();
         self.products

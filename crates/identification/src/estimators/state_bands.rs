@@ -2,8 +2,9 @@
 //!
 //! The octaves of speed cover less than 1/16 up to 1 of the largest speed of the joint. An error of the friction law is equal
 //! at every pass of a speed band. Errors by ripple, load and a compliant base are equal at every pass of a position
-//! (`replicate_deviation`). Each row is in one speed band and in one position band. The products of a row are summed once, in
-//! the cell that belongs to both bands. At the end the cells of each band are summed.
+//! (`replicate_deviation`). Each row is in one speed band and in one position band. A cell is the intersection of one speed
+//! band and one position band. The products of a row are summed once, in the cell of its two bands. At the end the cells of
+//! each band are summed.
 
 use std::sync::Arc;
 
@@ -63,8 +64,8 @@ impl<'a> StateBands<'a> {
         of
     }
 
-    /// For each band with rows: its joint, its kind, and the sums of products of its m columns, with the residual as the last
-    /// column.
+    /// For each band with rows: the joint and the kind (speed or position) of the band, and the sums of products of the m
+    /// columns of its rows, with the residual as the last column.
     ///
     /// The product of columns i <= j is at index j (m + 1) + i.
     pub(crate) fn products(self) -> impl Iterator<Item = (usize, BandContent, Vec<f64>)> {
@@ -92,8 +93,9 @@ fn sum<'c>(cells: impl Iterator<Item = &'c Option<Vec<f64>>>) -> Option<Vec<f64>
 }
 
 impl ResidualSum for StateBands<'_> {
-    /// Successive samples are mostly in the same cell (one band of speed and one of position). So each cell that contains one
-    /// of the eight samples gets all eight; samples that belong to other cells have weight zero.
+    /// Successive samples are mostly in the same cell (one band of speed and one of position). So the sums of each cell that
+    /// contains at least one of the eight samples are updated with all eight samples; samples that belong to other cells get
+    /// weight zero.
     fn add(&mut self, model: &Model, group: &ResidualGroup) {
         let n = model.n();
         for (j, joint) in model.layout.joints.iter().enumerate() {

@@ -1,7 +1,8 @@
 //! Ordinary and weighted least squares from the triangles of the joints.
 //!
 //! OLS gives all rows equal weight. WLS multiplies the rows of joint j by 1 / std(residual of joint j), in three iterations
-//! [Gautier 1997]. Both need only the triangles. Robust weights (`huber`) need the rows again.
+//! [Gautier 1997]. OLS and WLS need only the triangles (R of the QR decomposition of the rows). Robust weights (`huber`) need
+//! the rows again.
 
 use numerics::least_squares::{Solution, solve};
 use numerics::triangle::Triangle;

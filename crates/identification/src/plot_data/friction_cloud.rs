@@ -1,4 +1,5 @@
-//! Friction over speed for plots: measured points, at most one per cell of a grid, and the friction law.
+//! Friction torque over speed for plots: measured points, at most one per cell of a grid, and the curve of the identified
+//! friction law.
 
 use std::collections::BTreeMap;
 

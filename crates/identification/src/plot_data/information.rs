@@ -24,7 +24,7 @@ pub const PARTS_OF_TIME: usize = 48;
 /// Approximate largest number of examined samples. If a log is longer, every k-th sample is used.
 const MAX_EXAMINED_SAMPLES: usize = 4000;
 
-/// Correlations of the identifiable parameters, and partial leverage of the rows on them.
+/// Correlations of the identifiable parameters, and partial leverage of the rows on these parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Information {
     /// The p parameters that the data determine.
@@ -52,8 +52,8 @@ pub(super) struct InformationSums {
 }
 
 impl InformationSums {
-    /// Makes empty sums. `joints`: one triangle per joint with the rows of all logs, from which C is computed. `duration`: length
-    /// of the common time axis, s.
+    /// Makes empty sums. `joints`: for each joint, the triangle (R of QR) of the rows of all logs; C is computed from the
+    /// triangles. `duration`: length of the common time axis, s.
     pub(super) fn new(model: &Model, joints: &[Triangle], options: &Options, duration: f64) -> InformationSums {
         let (Solution { determined, inverse, .. }, weights) = fit(joints, options.weights);
         let p = model.p();
@@ -72,7 +72,8 @@ impl InformationSums {
         InformationSums { columns, inverse, weights, found, instant: 0 }
     }
 
-    /// Adds the partial leverages of a record. Its time plus `shift`, s, is the time on the common axis of all logs.
+    /// Adds the partial leverages of a record. A time of the record plus `shift`, s, is the time on the common axis of all
+    /// logs.
     pub(super) fn add(&mut self, model: &Model, states: &States, shift: f64) {
         let (n, p) = (model.n(), model.p());
         for r in 0..states.len() {
@@ -119,8 +120,8 @@ mod tests {
     use crate::rows::observation::Observation;
     use crate::test_arm::Pendulum;
 
-    /// If all rows are examined, the leverages sum to 1 even before normalisation. They equal the squares of the column
-    /// after projection onto the complement of the other columns.
+    /// If all rows are examined, the leverages sum to 1 even before normalisation. The leverages on a parameter equal the
+    /// squared entries of its column after projection onto the complement of the other columns (divided by their sum).
     #[test]
     fn shares_are_those_of_the_column_without_the_others() {
         let arm = Pendulum::new();

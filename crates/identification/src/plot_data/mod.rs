@@ -110,8 +110,8 @@ pub struct JointPlotData {
     pub autocorrelation: Vec<(f64, f64)>,
     /// Half width of the 95 % interval in which rho lies if the residual is white noise.
     pub autocorrelation_band: f64,
-    /// Measured friction: pairs (speed in rad/s, torque in N m). The torque is measured minus inertia, Coriolis, centrifugal
-    /// and gravity torques.
+    /// Measured friction: pairs (speed in rad/s, torque in N m). The torque is the measured torque minus inertia, Coriolis,
+    /// centrifugal and gravity torques.
     pub friction: Vec<(f64, f64)>,
     /// The friction law of the estimate: pairs (speed in rad/s, torque in N m).
     pub friction_law: Vec<(f64, f64)>,

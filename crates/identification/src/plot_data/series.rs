@@ -1,4 +1,5 @@
-//! Computes measured and predicted torques sample by sample, and writes them as CSV or Parquet.
+//! Computes the measured torques of logs and the torques that an estimate predicts for them, sample by sample, and writes both
+//! as CSV or Parquet.
 
 use std::fmt::Write;
 

@@ -4,8 +4,8 @@
 //! h, is averaged over segments of `SAMPLES_PER_SEGMENT` samples with an overlap of half [Welch 1967]. The result is
 //! sqrt(S), in the unit of the signal over sqrt(Hz).
 //!
-//! Records with different sampling rates have bins at different frequencies. They are summed separately. The result is the
-//! spectrum of the rate with the most segments.
+//! Records with different sampling rates have frequency bins at different frequencies, so each sampling rate has its own sum.
+//! The result is the spectrum of the sampling rate with the most segments.
 
 use std::sync::Arc;
 
@@ -14,8 +14,8 @@ use numerics::fft::RealToComplex;
 
 use crate::estimate::options::Options;
 
-/// Two sample times count as equal if their relative difference is smaller than this value. Then the frequencies of bins differ
-/// by less than 1 %.
+/// Two sample times count as equal if their relative difference is smaller than this value. Then the frequencies of their bins
+/// differ by less than 1 %.
 const EQUAL_RATE_TOLERANCE: f64 = 0.01;
 
 /// Number of samples of a segment.
@@ -104,7 +104,7 @@ impl Spectrum {
 /// The noise of each measured torque: median of the root spectral density above twice the cut-off, N m/sqrt(Hz). `None` if the
 /// sampling rate of the log is too low.
 ///
-/// This is the true noise only if the driver has not filtered the torque.
+/// The result is the noise of the sensor only if the driver of the sensor has not filtered the torque.
 ///
 /// Fails if a log does not match the transmission.
 pub(crate) fn noise_density(options: &Options, logs: &[LogSource]) -> Result<Vec<Option<f64>>, Error> {

@@ -7,19 +7,19 @@
 use linear_model::regressor::Regressor;
 use random::Random;
 
-/// A column of a record is set to zero if its rms is below this share of its typical magnitude. With rounding of 1e-15, a
-/// larger column has at least seven correct digits. If a joint is held at a right angle and the log has six digits, columns
-/// that would be zero at the exact angle are 1e-7 or more. Such columns are small in all blocks, but above this limit, and are
-/// kept.
+/// A column of a record is set to zero if its rms is below this share of the typical magnitude of the column. Two facts set the
+/// limit. Rounding is about 1e-15 of the typical magnitude, so a larger column has at least seven correct digits. And a joint
+/// that is held at a right angle, in a log with six digits, has columns of 1e-7 or more that would be zero at the exact angle.
+/// Such columns are small in all blocks, but above the limit, and are kept.
 pub(super) const NEGLIGIBLE_COLUMN_SHARE: f64 = 1e-8;
 
 /// Number of random states at which the columns are evaluated.
 const REFERENCE_STATES: usize = 15;
 
 /// The typical magnitude of each base column: the largest entry over the coordinates, as the median over random states. In
-/// these states, each joint moves at up to `speed`, rad/s (m/s), and `acceleration`, rad/s^2 (m/s^2). The median stays finite
-/// near a singularity of a loop, where a column has no upper bound. At a state at which no loop closes, the magnitude counts as
-/// zero.
+/// these states, each joint moves at up to `speed`, rad/s (m/s), and `acceleration`, rad/s^2 (m/s^2). The median is used
+/// because a column has no upper bound near a singularity of a kinematic loop. A state at which a loop cannot be closed counts
+/// with magnitude zero.
 pub(super) fn column_sizes(regressor: &dyn Regressor, speed: f64, acceleration: f64) -> Vec<f64> {
     let (n, p) = (regressor.coordinates().len(), regressor.parameters().len());
     let mut random = Random::new(61);

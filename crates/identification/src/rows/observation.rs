@@ -82,7 +82,8 @@ fn part_of_rows(
     finished.zip(taken_out).map(|(triangle, taken_out)| triangle.with_taken_out(taken_out)).collect()
 }
 
-/// For each base column, the rms up to which the column is set to zero. Columns of joints at standstill contain only rounding.
+/// For each base column, the rms up to which the column is set to zero. Reason: columns of joints at standstill contain only
+/// rounding errors.
 fn negligible(model: &Model, states: &States) -> Vec<f64> {
     let most = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let sizes = column_sizes(model.regressor, most(&states.dq), most(&states.ddq));
@@ -153,7 +154,7 @@ impl Observation {
 
     /// Computes the triangles of all records, with row weights if given.
     ///
-    /// Fails if there is no record, or if one cannot be read.
+    /// Fails if there is no record, or if a record cannot be read.
     pub fn of_records<R: Records + ?Sized>(
         model: &Model,
         records: &R,
@@ -330,8 +331,7 @@ mod tests {
     #[test]
     fn parts_are_merged_within_their_log() {
         let (arm, model) = pendulum();
-        // Each pair is the number of logs and the number of blocks per log. With more than 64 logs, blocks of different logs are
-        // merged.
+        // Each pair: (number of logs, number of blocks per log). With more than 64 logs, blocks of different logs are merged.
         for (logs, parts) in [(3, 20), (7, 20), (15, 6), (60, 1), (100, 1)] {
             let one = |log: usize| Observation::of(&model, &States { log, ..arm.states(40 + log) }, parts);
             let mut all = one(0);

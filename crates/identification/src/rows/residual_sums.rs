@@ -21,7 +21,7 @@ pub trait ResidualSum: Clone + Send + Sync {
     /// Appends `next`, the sum over the samples that follow. Blocks are appended in the order of time.
     fn append(&mut self, next: Self);
 
-    /// Ends a record. It is called after all samples of the record have been added.
+    /// Ends a record. This function is called after all samples of the record have been added.
     fn end_record(&mut self, _states: &States) {}
 }
 

@@ -261,8 +261,8 @@ mod tests {
         (0..40).map(|i| (0.3 * i as f64).sin() + 0.1 * (((7 * i) % 5) as f64 - 2.0)).collect()
     }
 
-    /// Results of `scipy.signal.butter` and `filtfilt`, SciPy 1.17.1: samples 0, 1, 20, 38, 39. The tolerance allows for the
-    /// rounding of SciPy, which uses the filter as a polynomial, at the lowest cut-off.
+    /// Results of `scipy.signal.butter` and `filtfilt`, SciPy 1.17.1: samples 0, 1, 20, 38, 39. The tolerance allows for
+    /// rounding errors of SciPy at the lowest cut-off: SciPy computes the filter as a polynomial and not as sections.
     #[test]
     fn agrees_with_scipy() {
         let figures = [
@@ -299,7 +299,8 @@ mod tests {
         let f = Butterworth::low_pass(4, 10.0, 1000.0).unwrap();
         let line: Vec<f64> = (0..2000).map(|i| 3.0 - 0.01 * i as f64).collect();
         let passed = f.zero_phase(vec![line.clone()]).remove(0);
-        // The ends are not compared: the padding of fifteen samples is shorter than the transient of the filter.
+        // Samples near the ends are not compared, because the padding of fifteen samples is shorter than the transient of the
+        // filter.
         let worst = (800..1200).map(|i| (passed[i] - line[i]).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-9, "a straight line passes: {worst}");
         let wave: Vec<f64> = (0..4000).map(|i| (2.0 * std::f64::consts::PI * 10.0 * i as f64 / 1000.0).sin()).collect();

@@ -18,16 +18,17 @@
 //!
 //! (2 pi)^4 N_j h^2 f_c^5 / 5 = 1e-4 A_j.
 //!
-//! Here N_j is the energy of the noise and h the sample time (defined below). At this cut-off the twice differentiated noise of
-//! joint j is a hundredth of its acceleration. Such noise biases inertias towards zero by the square of this ratio.
+//! Here E_j(f) is the energy of the velocity of joint j at the frequency f, A_j the energy of its acceleration, N_j the energy
+//! of the noise and h the sample time (defined below). At this cut-off the twice differentiated noise of joint j is a hundredth
+//! of its acceleration. Such noise biases inertias towards zero by the square of this ratio.
 //!
-//! The energy is summed over all records that are fitted together. So all have one cut-off, and a short record, or a joint at
-//! standstill in one record, has a small influence:
+//! The energy is summed over all records that are fitted together. So all records have one cut-off, and a short record, or a
+//! joint at standstill in one record, has a small influence:
 //!
 //! E_j(f) = sum over records of (2 pi f)^2 |X_j(f)|^2 h / n,   |X_j(f)|^2 >= 20 N_j,   A_j = sum over f of (2 pi f)^2 E_j(f)
 //!
-//! X_j is the transform of n positions, h s apart. N_j is the noise: the mean of |X_j|^2 in the upper half of the band, where no
-//! robot moves. It is n times the variance of the noise of a position. Only bins with |X_j|^2 >= 20 N_j count; white noise
+//! X_j is the transform of n positions, h s apart. N_j is the noise: the mean of |X_j|^2 in the upper half of the band, where
+//! no robot moves. N_j is n times the variance of the noise of a position. Only bins with |X_j|^2 >= 20 N_j count; white noise
 //! exceeds this in two bins of a billion. A joint with less than a hundredth of the largest energy of a joint does not count,
 //! because its motion is coupled to other joints or is coloured noise.
 
@@ -91,7 +92,7 @@ const MIN_SPECTRUM_SAMPLES: usize = 8;
 /// Two sampling periods with at most this relative difference belong to one clock.
 const EQUAL_PERIOD_TOLERANCE: f64 = 1e-6;
 
-/// The energy of the motion of one joint, and of the noise of the records in which it moves.
+/// The energy of the motion of one joint, and the energy of the noise in those records in which the joint moves.
 #[derive(Clone, Debug, Default)]
 struct JointEnergy {
     motion: Energy,
@@ -121,7 +122,7 @@ pub fn rule(q: &[Vec<f64>], period: f64) -> FrequencyContent {
 }
 
 /// The frequency content and default cut-off of a noise-free motion with encoder noise. The noise is added to the spectrum and
-/// not to the samples.
+/// not to the samples, so the result is not random.
 ///
 /// `deviation`: standard deviations of the noise, rad (m), one per joint.
 pub(crate) fn rule_with_noise(q: &[Vec<f64>], period: f64, deviation: &[f64]) -> FrequencyContent {
@@ -139,8 +140,8 @@ impl MotionEnergy {
     pub fn push(&mut self, q: &[Vec<f64>], period: f64) {
         let highest = HIGHEST_CUTOFF_SHARE / period;
         self.highest = if self.highest > 0.0 { self.highest.min(highest) } else { highest };
-        // The periods of blocks of one clock differ only in the last digits. The first period is used for all, so that all
-        // blocks have equal frequencies.
+        // The periods of blocks of one clock differ only in the last digits. The period of the first block is used for all
+        // blocks, so that their frequency bins are equal.
         if (period / self.period - 1.0).abs() > EQUAL_PERIOD_TOLERANCE || self.period == 0.0 {
             self.period = period;
         }
@@ -195,8 +196,8 @@ impl MotionEnergy {
                 (joint.motion.values().sum::<f64>(), fast.clone().map(|(_, energy)| energy).sum::<f64>());
             let is_chatter = share > (1.0 - MOTION_ENERGY_SHARE) * whole;
             if is_chatter && position_energy(fast) < CHATTER_POSITION_SHARE * largest {
-                // The lowest 5 % of the fast energy stay in the motion energy, because this part is spectral leakage from the
-                // ends of a record.
+                // The 5 % of the fast energy at the lowest frequencies stay in the motion energy, because this part is spectral
+                // leakage from the ends of a record.
                 let mut fast = joint.motion.split_off(&SLOWEST_CHATTER_HZ.to_bits());
                 let slowest = quantile(&fast, (1.0 - MOTION_ENERGY_SHARE) * share);
                 joint.chatter = fast.split_off(&slowest.to_bits());
@@ -327,8 +328,8 @@ mod tests {
             let cutoff = rule(&[noisy], period).cutoff;
             let foretold = rule_with_noise(&[wave(n, period, 1.0, 1.0)], period, &[sd]).cutoff;
             assert!((foretold / expected - 1.0).abs() < 0.01, "{sd}: {foretold} for {expected}");
-            // The noise energy of one record is known to a few per cent, and the fifth root of this energy more accurately. A
-            // bin is 0.05 Hz wide.
+            // The noise energy of one record is known to a few per cent. The cut-off depends on the fifth root of this energy,
+            // which is known more accurately. A frequency bin is 0.05 Hz wide.
             assert!((cutoff / expected - 1.0).abs() < 0.02, "{sd}: {cutoff} for {expected}");
         }
     }
@@ -353,7 +354,8 @@ mod tests {
             // The tolerance is a thousandth for the bisection, plus the effect of a bin of 0.05 Hz.
             assert!(left <= 0.0105, "{amplitude} {hz}: {left} at {found:?}");
         }
-        // Chatter is motion above 10 Hz with hardly any position energy, relative to the joint with the largest. So four cases:
+        // Chatter is motion above 10 Hz with hardly any position energy, compared with the joint that has the largest position
+        // energy. The four cases follow from this definition:
         // - 30 Hz with a tenth of the amplitude of the motion is not chatter: its position energy is too large.
         // - 30 Hz with a fiftieth of this amplitude is chatter, also if all amplitudes are fifty times smaller.
         // - 9 Hz is never chatter.

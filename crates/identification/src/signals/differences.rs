@@ -3,8 +3,8 @@
 //! On a uniform clock with period h the central differences are of fourth order,
 //!   (8 (x_1 - x_-1) - (x_2 - x_-2)) / 12 h.
 //! At 100 Hz, second order would reduce the acceleration of a motion of 2 Hz by 0.5 %, and so raise every estimated inertia by
-//! 0.5 %. On other clocks they are of second order. With the step a before the sample and b after it, they equal
-//! `numpy.gradient(x, t)`:
+//! 0.5 %. On other clocks the central differences are of second order. With the step a before the sample and the step b after
+//! it, they equal `numpy.gradient(x, t)`:
 //!   (a^2 x_1 + (b^2 - a^2) x - b^2 x_-1) / (a b (a + b)).
 
 /// Clock steps with at most this relative difference are equal. Times in logs are rounded.
@@ -13,7 +13,8 @@ const EVEN_STEP_TOLERANCE: f64 = 1e-3;
 /// Computes derivatives of signals on one clock. The clock is examined once for all signals.
 pub struct Differences<'a> {
     t: &'a [f64],
-    /// 12 h for each sample from the third to the third last, s. h: mean clock step of the five samples around it.
+    /// The denominator 12 h, s, of each sample from the third to the third last. h: mean clock step of the five samples around
+    /// this sample.
     twelve_steps: Vec<f64>,
     /// Indices of samples whose derivative is of second order: two samples at each end, and the samples with unevenly spaced
     /// neighbours.

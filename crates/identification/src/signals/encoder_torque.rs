@@ -1,13 +1,14 @@
 //! Computes how encoder noise contributes to the residuals of an identification.
 //!
-//! Position noise with standard deviation s per sample is differentiated twice. Below the cut-off w, rad/s, its mean density
-//! equals the density of white acceleration noise with standard deviation s w^2 / sqrt 5 per sample, because the mean of the
-//! fourth powers of the frequencies below w is w^4 / 5. With the inertia matrix A this is the torque noise of joint i,
+//! Position noise with standard deviation s per sample is differentiated twice. Below the cut-off w, rad/s, the mean density of
+//! the result equals the density of white acceleration noise with standard deviation s w^2 / sqrt 5 per sample, because the
+//! mean of the fourth powers of the frequencies below w is w^4 / 5. With the inertia matrix A this is the torque noise of joint
+//! i,
 //!
 //! e_i^2 = mean over the motion of sum_k A_ik^2 s_k^2 w^4 / 5.
 //!
-//! Most of this noise is at much higher frequencies than the motion. So it hardly changes the parameters, but it changes the
-//! weight of joint i.
+//! Most of this noise is at much higher frequencies than the motion. So the noise hardly changes the parameters, but it lowers
+//! the weight of joint i in the fit.
 
 use experiments::motion::reference_motion::Reference;
 use experiments::simulate::dynamics::Dynamics;
@@ -62,7 +63,7 @@ mod tests {
         for bin in 0..bins {
             let frequency = (bin as f64 + 0.5) / bins as f64 * 0.5 * rate;
             if frequency < cutoff {
-                // A cosine and a sine with random amplitudes. Their mean square is noise^2 / bins.
+                // A cosine and a sine with random amplitudes. The mean square of this frequency component is noise^2 / bins.
                 let size = noise * random.normal().hypot(random.normal()) / (2.0 * bins as f64).sqrt();
                 square += (inertia * size * (std::f64::consts::TAU * frequency).powi(2)).powi(2);
             }

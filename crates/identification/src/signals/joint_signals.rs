@@ -4,8 +4,8 @@
 //! central difference of q. ddq is the central difference of dq. Then every `decimate`-th sample is kept, except near the ends.
 //! The equation tau = Y(q, dq, ddq) X stays true to first order, because the filter is equal on both sides [Gautier 1997].
 //!
-//! Friction columns jump with sign(dq). The low-pass smooths the jumps of the torques, so these columns are filtered too. They
-//! are computed from a velocity with a filter of higher cut-off (`reversals`).
+//! Friction columns jump with sign(dq). The low-pass smooths the jumps of the torques, so these columns are filtered too.
+//! Before this filter, they are computed from a velocity that is filtered with a higher cut-off (`reversals`).
 //!
 //! `cutoff` gives the default cut-off. Not here: transmissions (`transmission`), friction (`linear_model::friction`).
 
@@ -176,9 +176,9 @@ impl Pass {
     }
 }
 
-/// Largest default cut-off of the low-pass before sign(dq), divided by the sampling rate, if dq is differentiated from positions.
-/// It is at least the cut-off of the torques. The noise of dq grows with f^(3/2); with a higher cut-off, encoder steps would
-/// change the sign many times.
+/// Largest default cut-off of the low-pass before sign(dq), divided by the sampling rate, if dq is differentiated from
+/// positions. The default cut-off is never below the cut-off of the torques. The noise of dq grows with f^(3/2); with a higher
+/// cut-off, encoder steps would change the sign many times.
 const MAX_REVERSAL_CUTOFF_SHARE: f64 = 0.2;
 /// The velocity is not filtered if the cut-off of the low-pass before sign(dq) is above this share of the sampling rate.
 const HIGHEST_FILTER_CUTOFF_SHARE: f64 = 0.45;
@@ -279,8 +279,8 @@ impl Filtering<'_> {
         self.filters.effort.pass_at(x, self.chosen)
     }
 
-    /// The directions of motion and the friction columns. They are computed from the lightly filtered velocity `wide`, one series
-    /// per joint, and then filtered like the torques.
+    /// The directions of motion and the friction columns. Both are computed from the velocities `wide`, one series per joint,
+    /// which are filtered with a higher cut-off; then they are filtered like the torques.
     fn directions(&self, wide: Vec<Vec<f64>>, couplings: &[Coupling]) -> Directions {
         let motor = |c: &Coupling| {
             let speed = |r: usize| c.speed(|k| wide[k][r]);

@@ -1,4 +1,4 @@
-//! Converts a log into states: transmission, filters, derivatives, and the rows that are used.
+//! Converts a log into states (q, dq, ddq, tau at the samples): transmission, filters, derivatives, and the rows that are used.
 
 pub mod butterworth;
 pub mod cutoff;

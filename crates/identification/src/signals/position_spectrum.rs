@@ -1,4 +1,7 @@
-//! Computes the spectrum of the positions of one joint: the energy of its motion, and the noise of its encoder.
+//! Computes the spectrum of the positions of one joint: the energy of its motion by frequency, and the noise of its encoder.
+//!
+//! A bin is one frequency of the discrete Fourier transform. The energy of the velocity is the square of velocity integrated
+//! over time, rad^2/s (m^2/s). Frequencies without motion contain only the noise.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;

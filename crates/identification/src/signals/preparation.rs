@@ -1,4 +1,6 @@
-//! Converts a log into the records of an identification: one record for each segment between gaps of the clock.
+//! Converts a log into the records of an identification: one record for each segment between gaps of the clock. A record is a
+//! list of states: q, dq, ddq and tau at its samples. Frequency content: bandwidth of the motion and default cut-off
+//! (`cutoff`).
 
 use linear_model::friction::terms::FrictionTerm;
 use linear_model::regressor::{Regressor, predict_load};

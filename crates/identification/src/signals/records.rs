@@ -1,4 +1,5 @@
-//! The records of an identification. Their states are kept in memory, or are computed again in every pass if there are too many.
+//! The records of an identification: segments of logs as lists of states (q, dq, ddq, tau). The states are kept in memory, or
+//! are computed again in every pass if there are too many.
 //!
 //! A log that is read in several blocks (`logs::LogStream`) gives the same states as a log in memory. The states of the first
 //! blocks are kept, up to `MAX_HELD_BYTES` bytes together with the logs; the other states are computed again in every pass. Eight
@@ -57,7 +58,8 @@ struct Stream<'a> {
     /// Index of the log among all logs, from 0.
     number: usize,
     preparation: Box<Preparation>,
-    /// Time by which a block overlaps its neighbouring blocks, s. In this time, the effect of the start of the filter decays.
+    /// Time by which a block overlaps its neighbouring blocks, s. Within this time, the effect of the start of the filter
+    /// decays.
     overlap: f64,
 }
 
@@ -238,7 +240,7 @@ mod tests {
         path
     }
 
-    /// Opens a log. It is read in blocks of 2000 rows if `held` is below 20,000 rows, else as a whole.
+    /// Opens a log. The log is read in blocks of 2000 rows if `held` is below 20,000 rows, else as a whole.
     fn open(path: &Path, held: usize) -> LogSource {
         let block = if held < 20_000 { 2000 } else { held };
         LogSource::open_within(path, &["q1".into()], &ColumnNames::default(), held, block).unwrap().0

@@ -1,9 +1,9 @@
-//! Resamples a log to a uniform clock by linear interpolation.
+//! Resamples the signals of a log to a uniform clock by linear interpolation.
 
 /// Largest number of resampled samples. A requested rate that gives more samples is taken as wrong.
 const MAX_RESAMPLED_SAMPLES: f64 = 1e8;
-/// Relative margin that is added to a number of periods before rounding down. So a whole number with a rounding error is not
-/// rounded to the next smaller one.
+/// Relative margin that is added to a number of periods before rounding down. So a whole number of periods with a rounding
+/// error is not rounded down to the next smaller whole number.
 const WHOLE_PERIOD_MARGIN: f64 = 1e-12;
 
 /// Times in steps of `period`, s, from the first time of `t` up to at most the last time of `t`. `None` if this gives fewer

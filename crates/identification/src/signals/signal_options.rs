@@ -1,4 +1,5 @@
-//! The options for converting signals into states: filters, derivatives, clock, window. Every field has a default.
+//! The options for converting the signals of a log into states (q, dq, ddq, tau): filters, derivatives, clock, window. Every
+//! field has a default. A low-pass filters the signals; its cut-off is in Hz.
 
 use logs::Window;
 use serde::{Deserialize, Serialize};
@@ -36,7 +37,7 @@ pub struct Signal {
     /// Speed below which the rows of a joint are left out, rad/s (m/s); 0: no row is left out. `None`: if the model has dry
     /// friction, the rows of a joint at standstill (detected by module `standstill`) are left out.
     pub standstill: Option<f64>,
-    /// Delay of the torques relative to the positions, s. It must be a [`possible_delay`].
+    /// Delay of the torques relative to the positions, s. The value must be a [`possible_delay`].
     pub delay: f64,
     /// Whether the columns of dry friction are computed from a velocity with a higher cut-off, and then filtered like the
     /// torques. Then the filter smooths the jumps of the columns and of the torques at reversals equally.
@@ -116,16 +117,16 @@ impl Signal {
         self.leave_out.iter().any(|interval| interval.log == log && interval.contains(t))
     }
 
-    /// Decimation n: every n-th sample is kept. It is `decimate`, or else gives ten samples per period of `cutoff`, Hz. `period`:
-    /// time between samples, s.
+    /// Decimation n: every n-th sample is kept. n is the option `decimate`. Without this option, n gives ten samples per period
+    /// of `cutoff`, Hz. `period`: time between samples, s.
     pub(crate) fn decimation(&self, cutoff: f64, period: f64) -> usize {
         let samples = 1.0 / (SAMPLES_PER_CUTOFF_PERIOD * cutoff * period);
         let by_cutoff = if cutoff > 0.0 { (samples + WHOLE_SAMPLE_MARGIN) as usize } else { 1 };
         self.decimate.unwrap_or(by_cutoff).max(1)
     }
 
-    /// Time dropped at each end of a record, s. The filter extrapolates the signal at the ends, and differentiation doubles the
-    /// error. `cutoff`: Hz.
+    /// Time dropped at each end of a record, s. Samples at the ends are dropped because the filter extrapolates the signal
+    /// there, and differentiation increases the error. `cutoff`: Hz.
     pub(crate) fn border_of(&self, cutoff: f64, differentiated: bool) -> f64 {
         let periods = if differentiated { DIFFERENTIATED_BORDER_PERIODS } else { 1.0 };
         self.border.unwrap_or(if cutoff > 0.0 { periods / cutoff } else { 0.0 })

@@ -14,8 +14,8 @@ const STANDSTILL_SPAN_S: f64 = 0.2;
 /// This speed is called the speed of the band.
 const STANDSTILL_BAND: f64 = 2e-4;
 
-/// A reversal with constant acceleration goes from speed v to -v in the time T. Its path to the turning point is v T times this
-/// factor.
+/// A reversal with constant acceleration goes from speed v to -v in the time T. The path of this reversal to the turning point
+/// is v T times this factor.
 const CONSTANT_ACCELERATION_DEPTH: f64 = 0.25;
 
 /// Least path of a reversal to its turning point, divided by the path with constant acceleration. A shorter path is a standstill.
@@ -125,7 +125,8 @@ mod tests {
         // The reversal at 2 s is not a standstill. Start and end of the swing are slow and are not checked.
         assert_eq!(moving(120..280), 160);
         assert_eq!(moving(300..400), 0);
-        // At ten times the speed of the band there is no standstill. There is none in a record shorter than the span either.
+        // At ten times the speed of the band there is no standstill. In a record shorter than the span there is no standstill
+        // either.
         let slow: Vec<f64> = (0..500).map(|i| 1e-2 * period * i as f64).collect();
         assert!(!standstill(&slow, period).contains(&true));
         assert!(!standstill(&[1.0; 10], period).contains(&true));

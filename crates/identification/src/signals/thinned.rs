@@ -1,4 +1,5 @@
-//! Selects every m-th sample of records, for computations that are too slow for all samples.
+//! Selects every m-th sample of records, for computations that are too slow for all samples. m is the smallest number with
+//! which at most a given number of samples is selected.
 
 use std::cell::{Cell, RefCell};
 

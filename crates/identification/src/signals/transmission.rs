@@ -26,7 +26,7 @@ pub struct Transmission {
     pub couplings: Vec<(usize, usize, f64)>,
     /// Whether coupled motors have no columns of inertia and friction in the model.
     pub rigid_couplings: bool,
-    /// Whether positions and velocities in the log belong to the joints already, so that only the torques belong to the motors.
+    /// Whether positions and velocities in the log are those of the joints, and only the torques are those of the motors.
     pub joint_side_positions: bool,
     /// Offset of each joint: position in the model minus position in the log, rad (m).
     pub offsets: Option<Vec<f64>>,
@@ -114,7 +114,8 @@ impl Transmission {
             ("scales", &self.scales),
             ("springs", &self.springs),
         ];
-        // Offsets, dead currents and springs may be zero. The other numbers may not, because they multiply or divide the torque.
+        // Offsets, dead currents and springs may be zero. The other numbers must not be zero, because they multiply or divide
+        // the torque.
         for (name, list) in lists {
             let Some(list) = list else { continue };
             if list.len() != n || list.iter().any(|x| !x.is_finite()) {
@@ -176,8 +177,8 @@ impl Transmission {
         Ok(inverse.row_iter().map(|row| row.iter().copied().collect()).collect())
     }
 
-    /// The torque of each joint per current, N m/A (N/A). Empty without drive gains, and if motors are coupled, because then a
-    /// current has no joint of its own.
+    /// The torque of each joint per current, N m/A (N/A). Empty without drive gains, and if motors are coupled, because then
+    /// the current of a motor does not belong to a single joint.
     pub fn torque_per_current(&self, n: usize) -> Vec<f64> {
         let Some(gains) = self.drive_gains.as_ref().filter(|_| self.couplings.is_empty()) else { return Vec::new() };
         let of = |list: &Option<Vec<f64>>, k: usize| list.as_ref().and_then(|all| all.get(k)).copied().unwrap_or(1.0);
@@ -327,7 +328,8 @@ mod tests {
         }
     }
 
-    /// tau_log = s (tau + k q) with q of the model; the result is tau, the torque of the bodies.
+    /// The logged torque is s (tau + k q), with the scale s, the stiffness k and the position q in the model. The result must
+    /// be tau, the torque of the bodies.
     #[test]
     fn scales_and_springs_are_taken_out() {
         let transmission = Transmission {

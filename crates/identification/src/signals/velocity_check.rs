@@ -9,8 +9,8 @@ use logs::{Error, GAP_PERIODS};
 const SPANS_PER_LOG: usize = 200;
 /// Least number of samples of a span.
 const LEAST_SPAN_SAMPLES: usize = 5;
-/// The error message names the wrong unit if the slope differs from the factor between two units by at most this relative
-/// distance.
+/// If the relative distance between the slope and the factor between two units is at most this value, the error message names
+/// the wrong unit.
 const UNIT_FACTOR_TOLERANCE: f64 = 0.05;
 
 /// A joint is not checked if its largest change of position over a span is smaller than this value, rad (m).

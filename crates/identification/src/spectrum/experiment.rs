@@ -1,4 +1,6 @@
-//! An experiment: a motion and its record. The record is cut to the samples that are used.
+//! An experiment of a plan: the commanded motion and its record (positions and currents), cut to the samples that are used.
+//! Also measures the noise of the record from its periods: the scatter of the samples about their mean period. A sweep is a
+//! slow motion forward and back, without periods.
 
 use std::ops::Range;
 

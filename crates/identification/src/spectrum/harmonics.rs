@@ -12,8 +12,8 @@
 //! (`linear_model::friction::periodic`).
 //!
 //! c_h, the mean of s(t) exp(-2 pi i h t/T) over N samples with noise sigma, is a Fourier coefficient of the series s with
-//! period T. Its real part and its imaginary part each have the variance sigma^2/(2N). The row h = 0 is divided by sqrt 2, so
-//! that its variance is equal. Noise of the position causes acceleration noise, which adds the variance (sum_l A_jl^2
+//! period T. The real part and the imaginary part of c_h each have the variance sigma^2/(2N). The row h = 0 is divided by sqrt
+//! 2, so that its variance is equal. Noise of the position causes acceleration noise, which adds the variance (sum_l A_jl^2
 //! sigma_q,l^2) (2 pi f_h)^4 / (2N), A: inertia matrix, sigma_q,l: noise of the position of joint l.
 
 use experiments::plan::measured_motion::MeasuredMotion;
@@ -150,8 +150,8 @@ impl JointSpectrum {
     }
 
     /// The spectra of series over one period, `[row][series]`, in the order of `rows`. `power`: exponent of sinc in the
-    /// correction of the sampling. It is 1 for torques at the sample times, and 2 for means over the cell (one sample time)
-    /// around each sample.
+    /// correction of the sampling. The exponent is 1 for torques at the sample times, and 2 for means over the cell (one sample
+    /// time) around each sample.
     pub(crate) fn rows_of(&self, series: &[Vec<f64>], power: i32) -> Vec<Vec<f64>> {
         self.spectrum_of(series, |f| hold(f * self.sample_time, power))
     }

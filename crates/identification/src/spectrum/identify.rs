@@ -2,8 +2,9 @@
 //! [Vandanjon, Gautier, Desbats 1995] (module `paper`) or of RIST-MH (module `rist_mh`).
 //!
 //! Unknown gains are estimated together with the parameters from the currents (`estimators::drive_gains`). The equations in
-//! currents do not determine the common scale of gains and parameters; it follows from a known gain or from a known load. A
-//! parameter is not significant if its 95 % interval contains zero. A parameter that the rows do not determine has no value.
+//! currents do not determine the common scale of gains and parameters. This scale follows from a known gain or from a known
+//! load. A parameter is not significant if its 95 % interval contains zero. A parameter that the rows do not determine has no
+//! value.
 
 use experiments::plan::paper_rows::EquationBlock;
 use linear_model::parameter::{Parameter, ParameterId};
@@ -29,8 +30,8 @@ use crate::spectrum::words::{misfit_remarks, size_words};
 /// The method of identification from experiments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpectralMethod {
-    /// The method of [Vandanjon, Gautier, Desbats 1995] (module `paper`): one row per harmonic, its real or its imaginary part;
-    /// no friction columns.
+    /// The method of [Vandanjon, Gautier, Desbats 1995] (module `paper`): one row per harmonic, either the real or the
+    /// imaginary part of the harmonic; no friction columns.
     Paper,
     /// The rows of `Paper`; the drive gains are estimated by total least squares.
     TotalLeastSquares,
@@ -53,15 +54,16 @@ impl SpectralMethod {
 pub struct SpectralFit {
     /// The parameters and their standard deviations.
     pub estimate: Estimate,
-    /// Covariance of the base parameters, row by row. Its diagonal contains the squares of the standard deviations of
+    /// Covariance of the base parameters, row by row. The diagonal contains the squares of the standard deviations in
     /// `estimate`.
     pub covariance: Vec<Vec<f64>>,
 }
 
 /// Identifies the parameters of a robot from experiments.
 ///
-/// `gains`: one per coordinate, N m per unit of the records; if the records are torques, known gains of 1. Fails without a
-/// periodic experiment of two periods, because the noise is then unknown. Fails if [`drive_gains`] fails.
+/// `gains`: one per coordinate, N m per unit of the records; if the records contain torques and no currents, the gains are
+/// known and equal 1. Fails without a periodic experiment of two periods, because the noise is then unknown. Fails if
+/// [`drive_gains`] fails.
 pub fn identify_spectrum(
     model: &ModelReference,
     regressor: &dyn Regressor,
@@ -285,8 +287,8 @@ fn inflate_by_gains(estimate: &mut Estimate, found: &HarmonicEstimate) {
     estimate.parameters = parameters.into_iter().zip(all).map(|(p, lacked)| p.widened_beyond_white(lacked)).collect();
 }
 
-/// Friction that differs by more than this share from experiment to experiment is reported. Warm and cold drives differ by
-/// less.
+/// Friction that differs by more than this share from experiment to experiment is reported. The friction of a warm drive
+/// differs from the friction of the cold drive by less than this share.
 const LARGE_FRICTION_DRIFT: f64 = 0.3;
 
 fn describe(found: &HarmonicEstimate, regressor: &dyn Regressor) -> String {

@@ -8,8 +8,8 @@
 //! C = sigma^2 (W'W)^-1 is the covariance of X, sigma^2 = |rho|^2/(r - p) [Vandanjon, Gautier, Desbats 1995, section 3.3]; rho:
 //! residual, W: r x p.
 //!
-//! Friction has no columns here. The rows are designed to be orthogonal to friction. This holds only as far as the motion follows
-//! its reference. `rist_mh` does not need this orthogonality.
+//! Friction has no columns here. The experiments are planned so that the rows are orthogonal to friction. The rows are
+//! orthogonal only as far as the motion follows its reference. `rist_mh` does not need this orthogonality.
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use experiments::plan::paper_rows::{EquationBlock, gravity_rows, spectral_rows};
@@ -48,7 +48,7 @@ pub fn paper_rows(
 }
 
 /// Least squares on the rows of several experiments. `periodic[i]`: whether experiment i is periodic (no sweep); `samples[i]`:
-/// number of its samples.
+/// number of samples of experiment i.
 pub fn paper_estimate(
     blocks: &[EquationBlock],
     periodic: &[bool],

@@ -3,7 +3,7 @@
 //! The measured torque tau = kt I (kt: drive gain, I: current) is compared with Y X (rigid model) and with Y X + friction. The
 //! four friction coefficients of equation (5) are fitted to these motions, because the rows of the paper do not estimate them.
 //! Position and torque are filtered by the same zero-phase low-pass. The residual is then thinned to N samples, half a period
-//! of the cut-off apart. It counts as white if 95 % of its autocorrelations at lags 1 .. 50 are within 1.96/sqrt(N).
+//! of the cut-off apart. The residual counts as white if 95 % of its autocorrelations at lags 1 .. 50 are within 1.96/sqrt(N).
 //!
 //! [Vandanjon, Gautier, Desbats 1995], section 4.3 and figure 2(a-c).
 
@@ -51,7 +51,8 @@ struct JointSums {
     rigid: f64,
     total: f64,
     count: usize,
-    /// For each motion that is long enough and each lag, 1 if the autocorrelation is outside its band, else 0.
+    /// One number for each lag of each motion that is long enough: 1 if the autocorrelation of the residual is outside the 95 %
+    /// band of white noise, else 0.
     outside: Vec<f64>,
 }
 
@@ -162,7 +163,8 @@ fn compare(
             format!("a series of {other} samples and one of {count}; all joints of a motion need the same number");
         return Err(Error::at(name, 0, found));
     }
-    // The filter has zero phase, so position and torque keep their relative time. The ends of the filtered signals are cut off.
+    // The filter has zero phase, so position and torque are not shifted in time relative to each other. The ends of the
+    // filtered signals are cut off.
     let smooth: Vec<Vec<f64>> = filter.zero_phase(record.q.clone());
     let (dq, ddq): (Vec<_>, Vec<_>) = smooth.iter().map(|q| circular_differences(q, h)).unzip();
     let cut = |x: &[f64]| x[BORDER_SAMPLES..count - BORDER_SAMPLES].to_vec();

@@ -1,4 +1,5 @@
-//! Texts on effects other than friction: the size of an effect, and the option that adds a missing effect to the model.
+//! Texts for reports of RIST-MH on effects other than friction (`rist_mh::effects`): the size of an effect, and the option that
+//! adds a missing effect to the model.
 
 use linear_model::regressor::Regressor;
 

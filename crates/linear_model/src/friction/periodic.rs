@@ -1,8 +1,8 @@
 //! Friction columns of one joint for a periodic motion, in the time domain.
 //!
 //! The cell of a sample at time t is [t - h/2, t + h/2], h: sample time. s+ is the share of the cell in which the velocity is
-//! positive. At time t + s in the cell, the velocity is taken as v + a s (v, a: velocity and acceleration at t). Its sign is
-//! smoothed: it changes over the velocity w. So
+//! positive. At time t + s in the cell, the velocity is taken as v + a s (v, a: velocity and acceleration at t). The sign of
+//! this velocity is smoothed: it changes over the velocity range w. So
 //!
 //! s+ = 1/2 + w / (2 a h) [ln cosh((v + a h/2)/w) - ln cosh((v - a h/2)/w)],   s- = 1 - s+.
 //!

@@ -289,7 +289,7 @@ pub fn columns_before(terms: &[FrictionTerm], j: usize) -> usize {
     (0..j).map(|j| columns_of(terms, j)).sum()
 }
 
-/// The sign of x: -1, 0 or 1. It is 0 for x = 0, because Coulomb friction at standstill has no sign.
+/// The sign of x: -1, 0 or 1. The result is 0 for x = 0, because Coulomb friction at standstill has no sign.
 #[inline]
 pub fn sign(x: f64) -> f64 {
     f64::from(x > 0.0) - f64::from(x < 0.0)

@@ -3,15 +3,16 @@
 //! A node of the tree is a set of bounds low <= x <= high, x: number of runs of each candidate. The relaxed design of a node
 //! ([`experiments::plan::relaxed_design`]), with fractional x, gives an upper bound of log det F for all plans of the node (F:
 //! information matrix). The tangent of log det F at this design excludes some values of x, so low and high are tightened. The
-//! node is then split at the variable for which both sides lose most by a second-order model. The nodes with the largest upper
-//! bounds are evaluated next, several in parallel. The search ends within a tolerance, or after a given number of nodes with the
-//! remaining gap. [Ponte, Fampa, Lee 2023]
+//! node is then split at the candidate for which the bounds of both sides decrease most, according to a second-order model. The
+//! nodes with the largest upper bounds are evaluated next, several in parallel. The search ends when the gap between the upper
+//! bound and the best plan is within a tolerance, or after a given number of nodes; the remaining gap is then part of the
+//! result. [Ponte, Fampa, Lee 2023]
 //!
 //! The result contains a proof that can be verified ([`experiments::plan::plan_proof`]).
 //!
-//! The Gamma bound of the same paper is not used. It is meant for N slightly above the number of runs that gives full rank.
-//! Experiments with several rows have full rank with fewer runs than parameters, and the natural bound (see the paper) proves
-//! the plans of the robot RACE without the Gamma bound.
+//! The Gamma bound of the same paper is not used. The Gamma bound is meant for N slightly above the number of runs that gives
+//! full rank. Experiments with several rows have full rank with fewer runs than parameters, and the natural bound (see the
+//! paper) proves the plans of the robot RACE without the Gamma bound.
 
 use std::collections::BinaryHeap;
 use std::sync::Arc;
@@ -31,7 +32,8 @@ const MAX_ROOT_NEWTON_STEPS: usize = 60;
 /// A relaxed design (with fractional numbers of runs) is not improved further if its gap to the optimum is below this fraction of
 /// the search tolerance.
 const ASCENT_TOLERANCE_SHARE: f64 = 0.01;
-/// Number of nodes that are evaluated in parallel before the tree is changed. It does not depend on the number of processors.
+/// Number of nodes that are evaluated in parallel before the tree is changed. This number does not depend on the number of
+/// processors, so the result does not either.
 const NODES_PER_BATCH: usize = 16;
 
 /// State of a branch and bound search.
@@ -77,7 +79,7 @@ impl TreeSearch {
     /// The search with only the root of the tree. Equal candidates are merged, and candidates that occur in no better plan are
     /// removed.
     fn at_root(blocks: &[WeightedRows], chosen: &[usize], tolerance: f64) -> Option<TreeSearch> {
-        // `known`: a plan counts as better only if it exceeds the value of the given plan by more than the tolerance.
+        // `known`: a plan counts as better only if its log det F exceeds that of the given plan by more than the tolerance.
         let count = chosen.len();
         let best = (value_of(blocks, chosen, Criterion::Determinant), chosen.to_vec());
         let known = best.0 + tolerance;
@@ -88,14 +90,13 @@ impl TreeSearch {
         let m = all.index.len();
         let bounds = Bounds { low: vec![0; m], high: vec![count; m] };
         let goal = (f64::NEG_INFINITY, ASCENT_TOLERANCE_SHARE * tolerance);
-        // The relaxed design (with fractional numbers of runs) bounds log det F of all plans. Its tangent shows which candidates
-        // occur in no better plan.
+        // The relaxed design (with fractional numbers of runs) bounds log det F of all plans. The tangent of log det F at this
+        // design shows which candidates occur in no better plan.
         let root = relaxed(&all.blocks, &bounds, count, &all.beginning(), goal, MAX_ROOT_NEWTON_STEPS)?;
         let mut proof = ProofTree::new(equal, all.design(&root.x));
         let (mut node, mut closed) = (0, f64::NEG_INFINITY);
         let mut left: Vec<usize> = (0..m).collect();
-        // The candidates with at most zero runs by the tangent are removed. For each of them, the proof stores a split of the
-        // tree.
+        // Candidates that the tangent limits to zero runs are removed. For each of them, the proof stores a split of the tree.
         for cut in cuts(&root.tangent, &bounds, known, count) {
             if cut.keeps_below && cut.at_most == 0 {
                 node = proof.split(node, all.index[cut.candidate], 0, 0)[0];
@@ -103,8 +104,8 @@ impl TreeSearch {
                 closed = known;
             }
         }
-        // The root node for the remaining candidates. It has the relaxed design of all candidates and the tangent at it, without
-        // the entries of the removed candidates.
+        // The root node for the remaining candidates. This node gets the relaxed design of all candidates and the tangent at
+        // this design, without the entries of the removed candidates.
         let of = |x: &[f64]| -> Vec<f64> { left.iter().map(|&i| x[i]).collect() };
         let first = OpenNode {
             bound: root.bound,
@@ -118,7 +119,8 @@ impl TreeSearch {
         Some(TreeSearch { choice, best, tolerance, proof, open: BinaryHeap::from([first]), closed })
     }
 
-    /// The value that a better plan must exceed. A node is closed if its upper bound of log det F is at most this value.
+    /// The value of log det F that a better plan must exceed. A node whose upper bound is at most this value is not searched
+    /// further.
     fn known(&self) -> f64 {
         self.best.0 + self.tolerance
     }
@@ -186,7 +188,7 @@ mod tests {
     use super::*;
     use crate::test_arm::test_plans::random_blocks;
 
-    /// The search starts with the worst plan. It must find the best of all plans, and prove it.
+    /// The search starts with the worst plan. The search must find the best of all plans, and prove that no plan is better.
     #[test]
     fn the_best_of_all_small_plans_is_proven() {
         for seed in 1..6 {
@@ -211,8 +213,7 @@ mod tests {
             let short = branch_and_bound(&blocks, &worst.1, &SearchBudget { nodes: 2, tolerance: 1e-7 }).unwrap();
             assert!(short.proof.log_det_at_most >= best, "{short:?}");
         }
-        // Three candidates have at most nine rows together. That is less than the ten parameters, so there is no plan with full
-        // rank.
+        // Three candidates have at most nine rows together, fewer than the ten parameters. So there is no plan with full rank.
         let flat = random_blocks(3, 10, 1);
         assert!(branch_and_bound(&flat, &[0, 1, 2], &SearchBudget { nodes: 10, tolerance: 1e-3 }).is_none());
     }

@@ -14,7 +14,7 @@
 use linear_model::linear_model::Model;
 use linear_model::states::States;
 
-/// Largest span L of the overlapping sums, in samples. It bounds the memory.
+/// Largest span L of the overlapping sums, in samples. This limit bounds the memory.
 const MAX_SPAN_SAMPLES: usize = 4096;
 /// The factor in the rule of [Andrews 1991] for the span of Bartlett weights.
 const ANDREWS_FACTOR: f64 = 1.1447;
@@ -44,7 +44,8 @@ impl OverlappingSums {
         self.at += 1;
     }
 
-    /// The variance of each parameter. It includes the sums that extend beyond the end of the record, with scores of zero there.
+    /// The variance of each parameter. The sum includes spans that extend beyond the end of the record; scores beyond the end
+    /// are zero.
     pub(crate) fn variance(mut self) -> Vec<f64> {
         let nothing = vec![0.0; self.sum.len()];
         for _ in 0..self.ring.len() {

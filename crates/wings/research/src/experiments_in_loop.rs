@@ -1,4 +1,5 @@
-//! Identifies parameters from the logs of a plan by simulating its experiments, with the methods IDIM-IV and DIDIM.
+//! Identifies parameters from the logs of a plan by simulating its experiments, with the methods IDIM-IV (instrumental
+//! variables) and DIDIM (direct and inverse dynamic identification), see `simulated_loop`.
 //!
 //! The simulated controller is the controller of [`simulate`](rist::simulate): a PD controller with a bandwidth of 10 Hz, tuned
 //! to the least squares estimate. IDIM-IV only needs a simulation that follows the plan approximately as the robot does. DIDIM

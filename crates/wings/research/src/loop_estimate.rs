@@ -1,4 +1,5 @@
-//! IDIM-IV and DIDIM: estimates parameters from the states of experiments and a simulator of their control loop.
+//! Estimates parameters from the states of experiments and a simulator of their control loop, by IDIM-IV (instrumental
+//! variables) or DIDIM (direct and inverse dynamic identification), see `simulated_loop`.
 //!
 //! The start values are the least squares estimate from the same rows. The signal statistics, remarks and ranges of validity of
 //! this estimate are kept; values and standard deviations are from [`simulated`].
@@ -45,8 +46,8 @@ pub fn identify_closed_loop(
         ClosedLoop::InstrumentalVariables => "IDIM-IV: instruments of the simulated loop".into(),
         ClosedLoop::DirectAndInverse => "DIDIM: torques of the simulated loop".into(),
     };
-    // Covariance, directions and held-out errors are results of the least squares estimate, not of this method. So they are
-    // removed.
+    // Covariance, directions and held-out errors are results of the least squares estimate, not of this method. So these
+    // entries are removed from the estimate.
     estimate.covariance.clear();
     estimate.directions.clear();
     estimate.tenths.clear();

@@ -1,8 +1,9 @@
 //! A node of the branch and bound over plans: its evaluation and its split.
 //!
-//! The relaxed design of a node (with fractional numbers of runs) gives an upper bound of log det F. Its tangent, or the tangent
-//! of an earlier node with a lower bound, excludes numbers of runs that cannot give a better plan than the best known one. The
-//! node is then split at a candidate whose number of runs is not determined yet; candidates with a fractional number come first.
+//! The relaxed design of a node (with fractional numbers of runs) gives an upper bound of log det F (F: information matrix of a
+//! plan). The tangent of log det F at this design, or the tangent of an earlier node with a smaller upper bound, excludes
+//! numbers of runs that cannot give a better plan than the best known one. The node is then split at a candidate whose number
+//! of runs is not determined yet; candidates with a fractional number come first.
 
 use std::cmp::Ordering;
 use std::sync::Arc;
@@ -19,7 +20,8 @@ const MULTIPLICATIVE_STEPS: usize = 300;
 const SMALLEST_KEPT_RUNS: f64 = 0.01;
 /// Largest number of Newton steps for one node. The steps start at the design of the parent node.
 const MAX_NEWTON_STEPS: usize = 12;
-/// Largest number of moves in the ascent that computes how much log det F decreases by a split.
+/// Largest number of moves (shifts of runs between two candidates) in the ascent that computes how much a split decreases log
+/// det F.
 const MAX_SPLIT_LOSS_MOVES: usize = 40;
 /// A number of runs counts as an integer if it differs from an integer by less than this tolerance.
 const WHOLE_RUNS_TOLERANCE: f64 = 1e-4;
@@ -35,7 +37,8 @@ pub(crate) struct OpenNode {
     pub(crate) bound: f64,
     pub(crate) node: usize,
     pub(crate) bounds: Bounds,
-    /// The tangent of log det F with the lowest upper bound so far. `design`: index of the design at which it touches.
+    /// The tangent of log det F with the lowest upper bound so far. `design`: index of the design at which this tangent touches
+    /// log det F.
     pub(crate) tangent: Arc<Tangent>,
     pub(crate) design: usize,
     /// The design (number of runs of each candidate) at which the ascent for this node starts.
@@ -64,8 +67,8 @@ impl Ord for OpenNode {
     }
 }
 
-/// The candidate experiments that may occur in a plan. Excluded are candidates that are equal to another one, or that have no
-/// runs after the cuts at the root.
+/// The candidate experiments that may occur in a plan. Candidates are excluded if they are equal to another candidate, or if
+/// they have no runs after the cuts at the root of the tree.
 pub(crate) struct RemainingCandidates {
     pub(crate) blocks: Vec<WeightedRows>,
     /// For each remaining candidate, its index among all candidates.
@@ -184,10 +187,10 @@ pub(crate) fn cuts(tangent: &Tangent, bounds: &Bounds, known: f64, count: usize)
 /// The candidate at which a node is split, and the largest number of runs on its lower side. `None` if all numbers are
 /// determined.
 ///
-/// Among candidates with a fractional number of runs, it is the candidate with the largest product of two losses: how much the
-/// bound decreases, according to a quadratic model, on the lower and on the upper side of the split. A loss counts only up to
-/// `slack` (bound minus known value), which is enough to exclude the side. If no number is fractional, it is the first candidate
-/// whose number can vary.
+/// Among candidates with a fractional number of runs, the candidate with the largest product of two losses is taken: how much
+/// the bound decreases, according to a quadratic model, on the lower and on the upper side of the split. A loss counts only up
+/// to `slack` (bound minus known value), which is enough to exclude the side. If no number is fractional, the first candidate
+/// whose number can vary is taken.
 fn split(found: Option<&Relaxed>, above: &[f64], bounds: &Bounds, slack: f64) -> Option<(usize, usize)> {
     let x = found.map_or(above, |found| &found.x);
     let at_most = |i: usize| (x[i].floor().max(bounds.low[i] as f64) as usize).min(bounds.high[i] - 1);

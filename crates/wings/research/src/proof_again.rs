@@ -1,4 +1,5 @@
-//! Verifies the proof in a plan file: computes its bound again from the robot description and the candidates in the file.
+//! Verifies the proof in a plan file: computes the proven bound again from the robot description and the candidates in the
+//! file.
 //!
 //! The rows of each candidate are computed from its motion. The proof is a tree of splits of the set of plans. Each leaf has a
 //! design, and the tangent of log det F at this design is an upper bound for the plans of the leaf
@@ -82,8 +83,8 @@ fn chosen(plan: &ExperimentPlan, proof: &PlanProof) -> Result<Vec<usize>, String
     plan.experiments.iter().map(one).collect()
 }
 
-/// The largest upper bound of log det F (F: information matrix) over all leaves of the proof's tree. It is the bound for all
-/// plans.
+/// The largest upper bound of log det F (F: information matrix) over all leaves of the proof's tree. This value is the bound
+/// for all plans.
 fn bound(proof: &PlanProof, blocks: &[WeightedRows], count: usize) -> Result<f64, String> {
     let mut high = vec![count; blocks.len()];
     check_equal(proof, blocks)?;
@@ -163,8 +164,8 @@ mod tests {
     use experiments::plan::exchange::{ExchangeSettings, SearchEffort};
     use linear_model::reference::ModelReference;
 
-    /// The D-efficiency of the plan is computed from the proof in the file. A change of the file that would increase it is
-    /// detected.
+    /// The D-efficiency of the plan is computed from the proof in the file. A change of the file that would increase the
+    /// D-efficiency is detected.
     #[test]
     fn a_proof_is_worth_what_its_file_proves() {
         rist::wings::register(vec![crate::wing()]);

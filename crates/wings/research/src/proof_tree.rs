@@ -7,8 +7,8 @@ use numerics::information_matrix::{InformationMatrix, WeightedRows};
 /// The tree of a proof while it is built.
 pub(crate) struct ProofTree(PlanProof);
 
-/// Two candidates count as equal if their information matrices F_i differ by at most this fraction of the trace. This is a
-/// thousand times the rounding error of equal rows.
+/// Two candidates count as equal if their information matrices F_i differ by at most this fraction of the trace. The fraction
+/// is a thousand times the rounding error of equal rows.
 const EQUAL_CANDIDATES_SHARE: f64 = 1e-12;
 
 /// Pairs of equal candidates: index of a candidate, and of the first earlier candidate with the same information.

@@ -1,10 +1,10 @@
 //! Estimators that use simulation: instrumental variables (IDIM-IV), and direct and inverse dynamic identification (DIDIM).
 //!
-//! Both simulate the robot with the current parameters X, and with the controller and the reference of the experiment. The
-//! simulated states have no measurement noise.
-//! - IDIM-IV: X = (Z' W)^-1 Z' Y, Z: regressor at the simulated states, W: at the measured states, Y: torques. It is unbiased
+//! Both estimators simulate the robot in each iteration, with the present parameters X, and with the controller and the
+//! reference of the experiment. The simulated states have no measurement noise.
+//! - IDIM-IV: X = (Z' W)^-1 Z' Y, Z: regressor at the simulated states, W: at the measured states, Y: torques. X is unbiased
 //!   although W is noisy, if the filter does not remove parts of the motion [Janot, Vandanjon, Gautier 2014].
-//! - DIDIM: X = argmin |Y - W_s X|, W_s: regressor at the simulated states. It needs only the measured torques
+//! - DIDIM: X = argmin |Y - W_s X|, W_s: regressor at the simulated states. DIDIM needs only the measured torques
 //!   [Gautier, Janot, Vandanjon 2013].
 //!
 //! For white noise, the covariance matrix is C = s^2 (Z'W)^-1 Z'Z (W'Z)^-1, s^2: variance of the residuals. For correlated noise,
@@ -57,7 +57,7 @@ pub struct Simulated {
 
 /// Largest number of iterations.
 const MAX_ITERATIONS: usize = 20;
-/// The parameters have converged if the relative change of the parameter vector is below this.
+/// The parameters have converged if the relative change of the parameter vector is below this value.
 const SETTLED_RELATIVE_CHANGE: f64 = 1e-6;
 
 /// Iterates from `start` until the parameters converge.
@@ -259,8 +259,8 @@ mod tests {
         assert!((found.x[0] - arm.truth[0]).abs() < 0.02 * arm.truth[0], "{found:?}");
     }
 
-    /// Errors of the estimates over 40 draws, in units of the Cramer-Rao standard deviation. Noisy positions are differentiated
-    /// without a filter.
+    /// Errors of the estimates from 40 simulated records with random noise, in units of the Cramer-Rao standard deviation.
+    /// Noisy positions are differentiated without a filter.
     #[test]
     fn bad_filters_are_forgiven() {
         const NOISE: f64 = 0.1;

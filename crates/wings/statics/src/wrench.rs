@@ -1,5 +1,6 @@
 //! The load after a force-torque sensor (on the side away from the robot), and whether it can be used. No model of the robot or
-//! its drives is needed.
+//! its drives is needed. A wrench is a force and a torque. In: a log of wrenches and poses of the sensor. Out: the ten inertial
+//! parameters of the load, with a verdict.
 
 use std::fmt;
 
@@ -24,8 +25,8 @@ pub struct WrenchEstimate {
     is_static: bool,
 }
 
-/// Identifies the load after a force-torque sensor. `link`: name of the link whose frame is the sensor frame; it is written to
-/// the file of `[load]`.
+/// Identifies the load after a force-torque sensor. `link`: name of the link whose frame is the sensor frame; the name is
+/// written to the file of `[load]`.
 ///
 /// Fails if the log is too short to determine a load.
 pub fn identify_wrench(log: &Wrenches, link: &str) -> Result<WrenchEstimate, Error> {

@@ -39,8 +39,8 @@ const GAP_STEPS: f64 = 3.0;
 const UNKNOWNS: usize = 16;
 /// Number of repeated fits. The weights of each fit are computed from the residuals of the previous fit.
 const REWEIGHTING_ROUNDS: usize = 4;
-/// If the column of an inertia entry is below this fraction of the largest column, it contains only rounding errors of the poses.
-/// This occurs if the sensor rotates about fewer than three axes.
+/// If the column of an inertia entry is below this fraction of the largest column, it contains only rounding errors of the
+/// poses. Such columns occur if the sensor rotates about fewer than three axes.
 const ROUNDING_SHARE: f64 = 1e-9;
 /// Smallest standard deviation of one kind of equations (force or torque), as a fraction of the largest one.
 const LEAST_DEVIATION_SHARE: f64 = 1e-12;
@@ -50,7 +50,7 @@ const FIRST_TORQUE_DEVIATION: f64 = 0.1;
 /// Smallest relative singular value in the fit of a cubic polynomial to neighbouring samples. The slope of this polynomial is
 /// the velocity.
 const CUBIC_RANK_TOLERANCE: f64 = 1e-12;
-/// If the sine of a rotation angle is below this, the angle is replaced by its sine.
+/// If the sine of a rotation angle is below this value, the angle is replaced by its sine.
 const SMALL_SINE: f64 = 1e-9;
 /// Largest value that is used for the correlation between successive windows.
 const LARGEST_CORRELATION: f64 = 0.9;
@@ -459,7 +459,7 @@ pub(crate) mod tests {
         let three = |v: &[f64; 6], at: usize| [v[at], v[at + 1], v[at + 2]];
         let turn = rotation(three(&x, 0));
         let w = spin(three(&x, 0), three(&dx, 0));
-        // The derivative of w by a difference quotient of fourth order. Its error is 1e-12.
+        // The derivative of w by a difference quotient of fourth order. The error of this quotient is 1e-12.
         let at = |h: f64| {
             let [x, dx, _] = motion(t + h);
             spin(three(&x, 0), three(&dx, 0))
@@ -509,8 +509,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// With noise, the errors agree with their standard deviations: the mean squares of 16 normalised errors over 30 draws are
-    /// near 1.
+    /// With noise, the errors agree with their standard deviations: the mean squares of 16 normalised errors over 30 simulated
+    /// logs are near 1.
     #[test]
     fn deviations_hold_the_errors() {
         let (mut squares, mut left, draws) = ([0.0; UNKNOWNS], [0.0; 2], 30);
@@ -523,12 +523,12 @@ pub(crate) mod tests {
                 squares[k] += ((x - truth) / sigma).powi(2) / draws as f64;
             }
         }
-        // The rms of the residuals of 138 equations has a relative error of 6 %. The mean over 30 draws has 1.1 %, and the
-        // limit is four times this. The force noise also causes torque noise, because the torque is about a point some
-        // centimetres from the sensor.
+        // The rms of the residuals of 138 equations has a relative error of 6 %. The mean over 30 logs has a relative error of
+        // 1.1 %, and four times this error is allowed. The force noise also causes torque noise, because the torque is about a
+        // point some centimetres from the sensor.
         assert!((left[0] / 0.8 - 1.0).abs() < 0.044 && (0.038..0.05).contains(&left[1]), "{left:?}");
         let mean = squares.iter().sum::<f64>() / UNKNOWNS as f64;
-        // The mean square of 480 normal numbers, which are correlated within a draw, differs from 1 by at most a fifth.
+        // The mean square of 480 normal numbers, which are correlated within a log, differs from 1 by at most a fifth.
         assert!((0.75..1.25).contains(&mean) && squares.iter().all(|s| *s < 2.2), "{mean} {squares:?}");
     }
 

@@ -1,5 +1,6 @@
-//! Tests other interpretations of the numbers in a force-torque log, for example other units. An interpretation is reported if
-//! it makes the residual of the fitted load small.
+//! Tests other interpretations of the numbers in a force-torque log, for example other units or axes. Each interpretation is a
+//! correction of the log (`wrench_options::Corrections`); the load is fitted to the corrected log. An interpretation is
+//! reported if it makes the residual of the fitted load small.
 
 use crate::wrench_options::Corrections;
 use crate::wrenches::Wrenches;
@@ -16,7 +17,7 @@ use identification::estimate::topics::LOG;
 pub(super) const NOISE_RATIO: f64 = 3.0;
 /// Lever arm that converts torques to forces if both are combined in one number, m.
 pub(super) const ARM_M: f64 = 0.1;
-/// A rotation of the sensor smaller than this counts as a calibration error, rad.
+/// A rotation of the sensor smaller than this value counts as a calibration error, rad.
 const SMALL_TURN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 /// Metres per millimetre.
 const MILLI: f64 = 1e-3;
@@ -52,7 +53,7 @@ pub(super) fn residual_share(log: &Wrenches, found: &WrenchLoad) -> f64 {
 /// `as_given`: relative residual of the log without a change.
 pub(super) fn alternative(log: &Wrenches, as_given: f64) -> Option<Claim> {
     let plain = Corrections::default();
-    // Drivers of sensors usually differ in these conventions. Each is one correction.
+    // Drivers of sensors usually differ in the following conventions. Each convention is tested as one correction.
     let mut all = vec![
         ("the first number of the quaternions is w".into(), Corrections { scalar_first: true, ..plain }),
         (

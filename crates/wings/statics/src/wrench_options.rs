@@ -1,4 +1,5 @@
-//! Options for a log of a force-torque sensor: the columns, and corrections of their numbers.
+//! Options for a log of a force-torque sensor: the names of the columns, and corrections of the numbers in these columns
+//! (units, axes, order of a quaternion).
 
 use std::fmt;
 

@@ -5,8 +5,8 @@
 //! ```text
 //! R (Q/m) F + R b - d2/dt2 (R c) = d2/dt2 p - g
 //! ```
-//! It is linear in Q/m, the offset b and the centre of mass c. Q is the rotation nearest to the least squares solution of Q/m
-//! [Golub, Van Loan 2013]. A negative m means that the sensor gives the wrench of the load on the sensor.
+//! The equation is linear in Q/m, the offset b and the centre of mass c. Q is the rotation nearest to the least squares
+//! solution of Q/m [Golub, Van Loan 2013]. A negative m means that the sensor gives the wrench of the load on the sensor.
 
 use crate::wrenches::Wrenches;
 use nalgebra::Matrix3;
@@ -19,7 +19,7 @@ use crate::wrench_load::{GRAVITY, Window, spans};
 const UNKNOWNS: usize = 15;
 
 /// The rotation of the sensor's axes in the frame of the poses: roll, pitch and yaw (rad) in Rz(yaw) Ry(pitch) Rx(roll). `None`
-/// if the log does not determine it.
+/// if the log does not determine this rotation.
 pub(crate) fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
     let mut block = TriangleBuilder::new(UNKNOWNS);
     // Windows with an even weight function, as for the load. A posture is a window of one sample.
@@ -49,7 +49,8 @@ pub(crate) fn sensor_turn(log: &Wrenches) -> Option<[f64; 3]> {
     if !found.determined[..9].iter().all(|is| *is) || !found.x.iter().all(|x| x.is_finite()) {
         return None;
     }
-    // The nearest rotation is U V' from the singular value decomposition, with the sign for which its determinant is 1.
+    // The nearest rotation is U V' from the singular value decomposition, multiplied by the sign with which its determinant is
+    // 1.
     let svd = Matrix3::from_row_slice(&found.x[..9]).svd(true, true);
     let q = svd.u? * svd.v_t?;
     let q = q * q.determinant().signum();

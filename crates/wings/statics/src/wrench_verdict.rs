@@ -1,12 +1,12 @@
-//! Decides whether the load after a force-torque sensor can be trusted. It makes claims on the residual of the fit, on other
-//! interpretations of the numbers in the log, and on whether a robot wrist can carry the load.
+//! Decides whether the load after a force-torque sensor can be trusted. Makes claims (statements with their evidence) on the
+//! residual of the fit, on other interpretations of the numbers in the log, and on whether a robot wrist can carry the load.
 //!
 //! The residual e = sqrt(f^2 + (n / ARM_M)^2) combines the residual f of the forces (N) and the residual n of the torques (N
-//! m). It is compared with the standard deviation and with the noise of the signals. In a log of a motion, the noise follows
-//! from third differences. For postures at rest, it follows from the residual of two equations that do not contain the poses:
-//! the forces lie on a sphere, |F - b| = m g, and the torques are linear in the forces, N = c x F + d. If e exceeds 3 % of the
-//! standard deviation (`SMALL_SHARE`), each of the usual [`Corrections`] is tried. The best one is named if it divides e by at
-//! least `NOISE_RATIO`. The noise is only used if no correction explains the residual.
+//! m). e is compared with the standard deviation and with the noise of the signals. In a log of a motion, the noise follows
+//! from third differences. For postures at rest, the noise follows from the residual of two equations that do not contain the
+//! poses: the forces lie on a sphere, |F - b| = m g, and the torques are linear in the forces, N = c x F + d. If e exceeds 3 %
+//! of the standard deviation (`SMALL_SHARE`), each of the usual [`Corrections`] is tried. The best correction is named if it
+//! divides e by at least `NOISE_RATIO`. The noise is only used if no correction explains the residual.
 //!
 //! Not detected: a common scale of all signals, unless the resulting mass is too large for a wrist.
 
@@ -161,7 +161,7 @@ fn of_mass(found: &WrenchLoad) -> Option<Claim> {
     (mass - certain > LARGEST_MASS_KG).then(|| contradicted(COMMON_SCALE, fault, advice.into(), trial))
 }
 
-/// Distance of the centre of mass from the origin of the sensor, m. `None` if it is not determined.
+/// Distance of the centre of mass from the origin of the sensor, m. `None` if the log does not determine the distance.
 fn distance(found: &WrenchLoad) -> Option<f64> {
     let (mass, certain) = (found.parameters[9], INTERVAL * found.sigma[9]);
     let is_determined = found.determined[6..].iter().all(|is| *is) && mass > certain;

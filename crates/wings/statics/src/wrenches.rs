@@ -46,7 +46,8 @@ impl Wrenches {
 
     /// Reads a log from a table, and applies the corrections of the options. Fails like [`Wrenches::read`].
     pub fn of_table(table: &Table, options: &WrenchOptions) -> Result<Wrenches, Error> {
-        // Columns with the headers in the options, otherwise found by their names. A log of postures needs no positions.
+        // A column has the header that the options give; otherwise the column is found by its name. A log of postures needs no
+        // positions.
         let (names, given) = (HeaderNames::of(table), &options.columns);
         let clock = match &given.time {
             Some(name) => names.given(std::slice::from_ref(name))?.pop(),
@@ -163,7 +164,7 @@ impl<'a> HeaderNames<'a> {
         words.iter().find_map(|w| self.ending(w))
     }
 
-    /// The columns with these headers. Fails if one is missing.
+    /// The columns with these headers. Fails if a header is missing.
     fn given(&self, headers: &[String]) -> Result<Vec<WrenchTableColumn>, Error> {
         let column = |name: &String| {
             let index = self.table.header.iter().position(|header| header == name);

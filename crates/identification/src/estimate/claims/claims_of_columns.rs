@@ -1,5 +1,5 @@
-//! Makes claims on the velocity and acceleration columns of a log: whether they agree with the derivatives of position and
-//! velocity.
+//! Makes claims (statements with their evidence) on the velocity and acceleration columns of a log: whether they agree with the
+//! derivatives of position and velocity.
 //!
 //! If a column contains another signal, rist differentiates the positions or velocities instead, and the claim states this
 //! assumption. If a column agrees, the claim states the smallest error that would have been detected. A column that is absent or
@@ -66,7 +66,8 @@ fn velocity(log_check: &LogCheck) -> Option<Claim> {
         );
         return Some(assumed(subject, what));
     }
-    // The median lag decides. So the uncertainty of this median is taken as the median of the standard deviations of the lags.
+    // The claim is about the median lag of the joints. The uncertainty of this median is taken as the median of the standard
+    // deviations of the lags.
     let mut deviations: Vec<f64> = known.iter().map(|j| j.velocity_lag_deviation).collect();
     deviations.sort_by(f64::total_cmp);
     let deviation = deviations.get(deviations.len() / 2)?;

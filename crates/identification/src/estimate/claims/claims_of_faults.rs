@@ -1,5 +1,6 @@
-//! Makes claims on tested faults of a log: the fault that explains most of the residual, and the detection limits for the
-//! other faults.
+//! Makes claims (statements with their evidence) on tested faults of a log. In: the test result of each possible fault
+//! (`hypotheses`). Out: a claim on the fault that explains most of the residual, and claims with the detection limits of the
+//! other faults. The detection limit is the smallest size of a fault that would have been found.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Trial};
 
@@ -10,8 +11,9 @@ use crate::estimate::identified::Identified;
 use crate::estimate::residuals::JointResidual;
 use crate::estimate::topics::{DRIFT, LOG, MOUNT, RESIDUAL, ROTOR, at, cannot_tell, contradicted as wrong};
 
-/// A fault is small if it explains less than this share of the torque. In another motion, the fault may explain a share that is
-/// five times as large. So this limit is a fifth of `torque_error::SURE_TORQUE`, the accepted relative torque error.
+/// A fault is small if it explains less than this share of the torque. In another motion, the same fault may explain a share of
+/// the torque that is five times as large. So this limit is a fifth of `torque_error::SURE_TORQUE`, the accepted relative
+/// torque error.
 const SMALL_FAULT_SHARE: f64 = 0.01;
 /// A fault is not small if it explains more than this share of the torque of its own joint.
 const LARGE_JOINT_SHARE: f64 = 0.2;
@@ -24,8 +26,9 @@ pub(crate) fn claims_of_faults(
 ) -> Vec<Claim> {
     let mut found: Vec<(f64, &HypothesisTest)> = tested.iter().filter_map(|t| Some((t.gain()?, t))).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // The size of a fault is fitted with a linear model, so the size is reliable only in the range where this model is
-    // accurate. A fault within this range is preferred if it explains nearly as much of the residual as the strongest fault.
+    // The size of a fault is fitted with a linear model, so the size is reliable only within the range where this model is
+    // accurate (the linear range of the fault). A fault within this range is preferred if it explains nearly as much of the
+    // residual as the strongest fault.
     let least = found.first().map_or(1.0, |(gain, _)| *gain);
     let within = found.iter().find(|(gain, t)| is_within_range(t) && *gain <= BEYOND_RANGE_GAIN_RATIO * least);
     let strongest = within.or(found.first()).map(|(_, t)| *t);
@@ -56,7 +59,8 @@ pub(crate) fn claims_of_faults(
 }
 
 /// A fault within its linear range is preferred if its gain is at most the gain of the strongest fault times this factor. Gain:
-/// error of cross-validation with the fault / without it; the strongest fault has the smallest gain.
+/// error of cross-validation with the fault as an unknown, divided by the error without the fault; the strongest fault has the
+/// smallest gain.
 const BEYOND_RANGE_GAIN_RATIO: f64 = 1.25;
 /// Largest number of possible causes that are listed in the claim that the cause is not identified.
 const MOST_NAMED_CAUSES: usize = 3;
@@ -105,8 +109,8 @@ fn subject(of: &Hypothesis, joints: &[JointResidual]) -> Subject {
     }
 }
 
-/// Claims that no fault was found. Each states the smallest detectable fault, and the claims are sorted by this size.
-/// Hypotheses with equal detection limits share one claim.
+/// Claims that no fault was found. Each claim states the size of the smallest detectable fault, and the claims are sorted by
+/// this size. Hypotheses with equal detection limits share one claim.
 fn agree(tested: &[&HypothesisTest], joints: &[JointResidual]) -> Vec<Claim> {
     let mut groups: Vec<(Figure, Subject)> = Vec::new();
     for one in tested {
@@ -134,15 +138,15 @@ pub(super) fn statement(tested: &HypothesisTest, joints: &[JointResidual]) -> St
     of.statement(&format!("{} +- {}", of.figure(*value, joints), of.figure(*deviation, joints)), &names)
 }
 
-/// A sentence with a fault and the errors of cross-validation (without, with) the fault as an additional unknown.
+/// A sentence with a fault and two errors of cross-validation: without the fault, and with the fault as an additional unknown.
 fn fault_and_trial(fault: &str, held_out: Option<(f64, f64)>) -> String {
     held_out.map_or(fault.into(), |(without, with)| {
         format!("{fault} (held-out error, joints alike, {}; corrected: {})", percent(without), percent(with))
     })
 }
 
-/// Whether the torque of a fault is so small that every use tolerates it. A zero offset or a tilted mount is never small,
-/// because the positions are wrong even if the torque error is small.
+/// Whether the torque of a fault is so small that every use tolerates the fault. A zero offset or a tilted mount is never
+/// small, because the positions are wrong even if the torque error is small.
 fn is_small(tested: &HypothesisTest) -> bool {
     let is_small_at_joint = tested.explained_at_joint() <= LARGE_JOINT_SHARE;
     tested.of.kind().counts != Counts::AsPosition && is_small_at_joint && tested.explained() < SMALL_FAULT_SHARE
@@ -153,7 +157,7 @@ fn is_small(tested: &HypothesisTest) -> bool {
 fn contradicted(tested: &HypothesisTest, joints: &[JointResidual]) -> Option<Claim> {
     let HypothesisTest { of, value, held_out, .. } = tested;
     let remedy = of.remedy(*value, joints)?;
-    // `Tried`: errors of cross-validation without the fault and with it as an additional unknown.
+    // `Tried` contains the errors of cross-validation without the fault, and with the fault as an additional unknown.
     let trial = match held_out {
         Some((without, with)) => Trial::Tried {
             quantity: "held-out error, joints alike,".into(),
@@ -240,7 +244,7 @@ mod tests {
     #[test]
     fn a_fault_that_explains_little_is_no_contradiction() {
         // Explained share of the torque: sqrt(e^2 - f^2). e: error of cross-validation without the fault; f: error with the
-        // fault. Here 0.06 and 0.006.
+        // fault. Here the shares are 0.06 and 0.006.
         let (much, little) = (Some((0.1, 0.08)), Some((0.01, 0.008)));
         let (spring, zero) = (Hypothesis::Spring(0), Hypothesis::Zero(0));
         let (refused, open) = (EvidenceLevel::Refused, EvidenceLevel::Open);

@@ -1,4 +1,8 @@
-//! Makes claims on a fit: its residual, its friction, and parameters that the data do not determine.
+//! Makes claims (statements with their evidence) on a fit: on its residual, its friction, and parameters that the data do not
+//! determine.
+//!
+//! tau: measured torques; W: regressor; X: parameters. RIST-MH is the method for experiments of a plan (`spectrum::rist_mh`);
+//! its chi^2 is the sum of the squared residuals, each divided by the variance of the measured noise.
 
 use claims::{Claim, Remedy, Subject};
 use linear_model::label::Label;
@@ -13,8 +17,8 @@ use crate::estimate::topics::{BODIES, FRICTION, LOG, PARAMETERS, RESIDUAL, agree
 /// The model lacks an effect if chi^2 per degree of freedom exceeds this value. An exact model has 1.5 to 2.0 in simulation; 2
 /// % of torque ripple gives 22, a delay of 1.5 ms gives 147, elastic joints (25 Hz) give 1190 (`tests/benches/misfit.rs`).
 pub(crate) const LACKING_MODEL_CHI_SQUARE: f64 = 4.0;
-/// Largest chi^2 per degree of freedom that noise alone gives. This value exceeds 1, because the response of a controller to
-/// its encoder partly repeats in each period.
+/// Largest chi^2 per degree of freedom that noise alone gives. This value exceeds 1, because a controller reacts to the errors
+/// of its encoder, and this reaction partly repeats in each period.
 pub(crate) const NOISE_CHI_SQUARE: f64 = 2.0;
 
 /// The residual lowers the trust if |tau - W X| / |tau| exceeds this value.
@@ -30,8 +34,8 @@ const NEGATIVE_FRICTION_SIGMAS: f64 = 3.0;
 /// Properties of the predicted torques that influence the claims on a fit.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TorqueContext {
-    /// Whether no motion at all could identify the undetermined parameters. Then torques depend only on sums of these
-    /// parameters.
+    /// Whether no motion at all could identify the parameters that the logs do not determine. Then torques depend only on sums
+    /// of these parameters.
     pub opens_in_any_motion: bool,
     /// Whether errors of predicted torques were computed from the covariance. Such errors include the uncertainty of the
     /// weakest combination of parameters. So no claim is made on the condition number then.
@@ -81,7 +85,8 @@ pub(crate) fn claims_of_fit(
             "the cause: [:doctor] looks for it, [friction=auto] tries other laws",
         ));
     }
-    // Claims on parameters that the logs do not determine, or that are determined by little motion only.
+    // Evidence against the parameters: overfitted, not determined by the logs, determined by little motion only,
+    // ill-conditioned.
     if let Some(why) = overfitted(estimate, prediction) {
         claims.push(cannot_tell(whole(PARAMETERS), why, "a longer and richer motion ([:plan])"));
     }

@@ -1,4 +1,5 @@
-//! Makes claims on whether a log agrees with the robot description.
+//! Makes claims (statements with their evidence) on whether a log agrees with the robot description. Slope: measured divided by
+//! nominal torque of a joint. Bodies: the inertial parameters of the links.
 //!
 //! A finding of the log check becomes a claim with the outcome "contradicted" or "cannot tell". Without a contradiction, there
 //! are claims for each joint that its sign, scale and zero agree with the description. Each such claim states the smallest error
@@ -126,7 +127,8 @@ const COMMON_FACTOR_CHANCE: f64 = 0.01;
 /// the same bodies, so a wrong nominal mass changes several slopes alike. With 5, none of 63 good estimates of the benchmark
 /// `random_situations` is rejected; with Student's t alone, four were.
 const SHARED_ERROR_RATIO: f64 = 5.0;
-/// Least number of slopes for a standard deviation. Two joints may carry the same body, whose mass changes both slopes.
+/// Least number of slopes for a standard deviation. Two slopes are too few: both joints may carry the same body, whose mass
+/// changes both slopes.
 const LEAST_SLOPES: usize = 3;
 
 /// The smallest common factor of all torques that would be detected. `slopes`: measured / nominal torque of each joint. With m
@@ -145,8 +147,8 @@ fn common_power(slopes: &[f64]) -> f64 {
     reached.exp().clamp(SMALLEST_COMMON_FACTOR, widest)
 }
 
-/// A sentence on the unit of the estimate: which common factor of all torques would not have been detected, and at which
-/// joints no factor would have been. `None` if the detection limit is small.
+/// A sentence on the unit of the estimate: it states the largest common factor of all torques that may be undetected, and the
+/// joints at which no factor at all would have been detected. `None` if the detection limit is small.
 pub(crate) fn units_of_logs(claims: &[Claim]) -> Option<String> {
     let claim = claims.iter().find(|claim| claim.subject().topic == COMMON_SCALE)?;
     let hidden = match claim.outcome() {

@@ -1,4 +1,8 @@
-//! Makes claims on how well an estimate predicts data that were not fitted.
+//! Makes claims (statements with their evidence) on how well an estimate predicts data that were not fitted: other logs, or
+//! left-out blocks of the fitted logs (cross-validation).
+//!
+//! Relative error: |tau - W X| / |tau| with the measured torques tau, the regressor W and the parameters X. The description:
+//! the nominal parameters of the robot description, with fitted friction.
 
 use claims::{Claim, Outcome, Remedy, Subject};
 
@@ -62,9 +66,9 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// Whether the logs of the fit are consistent, although one of them is predicted badly by parameters from the others. The
-    /// prediction error must be at most `GOOD_NOISY_PREDICTION_ERROR`. In addition, standard deviations of the parameters must
-    /// explain the error, or the common fit of all logs must be nearly as good as separate fits.
+    /// Whether the logs of the fit are consistent, although one log is predicted badly by parameters fitted to the other logs.
+    /// The prediction error must be at most `GOOD_NOISY_PREDICTION_ERROR`. In addition, standard deviations of the parameters
+    /// must explain the error, or the common fit of all logs must be nearly as good as separate fits.
     fn is_of_poor_logs(&self) -> bool {
         let is_in_reach = self.others.is_some_and(|error| error <= GOOD_NOISY_PREDICTION_ERROR);
         let both = self.others_by_parameters.zip(self.others_unsure);
@@ -104,8 +108,8 @@ fn other_motion(estimate: &Estimate, prediction: &Prediction) -> Claim {
     let subject = Subject::whole(OTHER_MOTION);
     let would_tell = "a log of another motion, fitted together with this one ([:identify MODEL LOG LOG]) or predicted ([:validate MODEL ESTIMATE \
                       LOG], or [validate])";
-    // If parameters from the other logs of the fit predict a log very badly, the other logs determine too few parameters. Such
-    // an error is no contradiction.
+    // If one log of the fit is predicted very badly by parameters fitted to the other logs, the other logs determine too few
+    // parameters. Such an error is no contradiction.
     let others = prediction.others.filter(|e| !prediction.others_are_of_the_fit || *e < USELESS_PREDICTION_ERROR);
     // A good prediction counts only if the motion differs from the fitted motion. A bad prediction always counts.
     let of_logs = others.filter(|_| !prediction.others_repeat);
@@ -215,8 +219,8 @@ mod tests {
             Outcome::CannotTell { why, .. } => why,
             other => panic!("{other:?}"),
         };
-        // The standard deviations must explain sqrt(0.03^2 - 0.02^2) = 0.0224. They explain twice the rms error that they
-        // cause, so the limit of this rms error is 0.0112.
+        // The standard deviations must explain sqrt(0.03^2 - 0.02^2) = 0.0224. Standard deviations explain an error up to twice
+        // the rms error that they cause, so the limit of this rms error is 0.0112.
         assert!(matches!(of(0.03, 0.02, Some(0.0113)), Outcome::Agrees { .. }));
         let beyond = "the description predicts the other log better (2.00 %) than these parameters do (3.00 %)";
         assert_eq!(why(of(0.03, 0.02, Some(0.0111))), format!("{beyond}, whose uncertainty is 1.11 %"));

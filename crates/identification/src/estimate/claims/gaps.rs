@@ -1,5 +1,6 @@
-//! Fits the widths of gaps (play) by repeated tests, because the column of a gap depends on its width and on the softness of its
-//! ends.
+//! Fits the widths of gaps (play, backlash) by repeated tests. One test is not enough, because the column of a gap in the
+//! regressor depends on the width of the gap and on the softness of its ends. The side of a gap is the sign of the torque that
+//! the gap transmits (module `play`).
 
 use logs::Error;
 
@@ -7,15 +8,18 @@ use crate::estimate::claims::hypothesis_test::HypothesisTest;
 use crate::estimate::hypothesis::Hypothesis;
 use crate::estimate::play::Backlash;
 
-/// Widths of a gap, rad (0.5, 1 and 2 degrees), and softnesses of its ends, from which the tests of play start.
+/// The tests of play start from these widths of a gap, rad (0.5, 1 and 2 degrees), and from the softnesses of its ends in the
+/// next constant.
 const START_WIDTHS_RAD: [f64; 3] = [0.0087, 0.0175, 0.035];
 const SOFTNESSES: [f64; 2] = [0.0, 0.2];
-/// Number of rounds of an iteration: the width of a gap gives its side, and the side gives the width.
+/// Number of rounds of the iteration: the width of a gap gives the side of the gap at each sample, and these sides give a new
+/// width.
 const PLAY_ROUNDS: usize = 2;
 
 /// Repeats the tests of play for joints whose first test shows an effect when the torque changes its sign. The side of a gap
 /// depends on the width of the gap, because the width changes the velocity of the link. So the tests start from several widths
-/// and softnesses, and continue with the fitted width. `again`: tests hypotheses with given gaps. n: number of coordinates.
+/// and softnesses, and continue with the fitted width. `again`: function that tests hypotheses with the given gaps; n: number
+/// of coordinates.
 pub(super) fn settle_play(
     found: &mut [HypothesisTest],
     n: usize,

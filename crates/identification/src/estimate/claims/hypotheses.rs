@@ -1,5 +1,5 @@
-//! Tests hypotheses at a fit: faults of a log, and rotor inertias that a model lacks. Each is estimated as one additional
-//! unknown u.
+//! Tests hypotheses at a fit. A hypothesis is a possible fault of a log, or a rotor inertia that the model lacks. Each
+//! hypothesis is estimated as one additional unknown u.
 //!
 //! The parameters X are re-fitted in each test, so wrong nominal bodies do not look like a fault. W: regressor; Y_j: row of
 //! joint j; x: fitted parameters; h: column of the unknown, with the entry h_j for joint j (other entries are zero):
@@ -51,9 +51,10 @@ pub(super) const LEFT_OUT_PARTS: usize = 10;
 const HELD_COLUMN_SHARE: f64 = 1e-4;
 /// A hypothesis is not identifiable if less than this share of the norm of its column is orthogonal to all parameter columns.
 pub(super) const EXPLAINED_COLUMN_SHARE: f64 = 1e-3;
-/// A parameter is listed in `within` if its term is at least this share of the norm of the hypothesis column.
+/// If the column of a hypothesis is a linear combination of parameter columns, a parameter is listed in
+/// `HypothesisTest::within` if its term has at least this share of the norm of the hypothesis column.
 const WITHIN_COLUMN_SHARE: f64 = 0.01;
-/// Largest number of coordinates for which hypotheses are tested. With more coordinates, the test takes too long.
+/// Largest number of coordinates for which hypotheses are tested. With more coordinates, the tests take too long.
 pub(super) const MOST_COORDINATES: usize = 12;
 
 /// Tests every hypothesis at a fit. `fit`: the solution and the weights of its rows. Empty if the robot has more than 12
@@ -139,8 +140,8 @@ pub fn triangles<R: Records + ?Sized>(
 /// Tests the hypotheses `all`, one result each. `parts`: triangles (R of QR) of the blocks; `x`: fitted parameters.
 pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<HypothesisTest> {
     let p = x.len();
-    // Rows of weight `HELD_COLUMN_SHARE` regularise the parameters towards x, so that undetermined parameters keep their values
-    // of x.
+    // Rows of weight `HELD_COLUMN_SHARE` regularise the parameters towards x, so that parameters that the data do not determine
+    // keep the values in x.
     let whole = merged(parts, None);
     let held = held(&whole, x);
     let left = |out: Option<usize>| {
@@ -172,7 +173,8 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
         let with = select(&all_rows, &columns(e)).solution();
         let effect = with.iter().zip(&without).map(|(with, without)| with - without).take(p).collect();
         let mut one = HypothesisTest { value, deviation, effect, ..HypothesisTest::not_identifiable(hypothesis) };
-        // Two conditions: the error falls by enough, and u is significant. Each gives a limit of |u|; the larger one counts.
+        // A fault is found under two conditions: the error falls by enough, and u is significant. Each condition gives a least
+        // |u|. The larger of the two is the detection limit.
         let by_ratio = (1.0 / (WORTHWHILE_ERROR_RATIO * WORTHWHILE_ERROR_RATIO) - 1.0).sqrt() * all_in.square().sqrt();
         let torque = (whole.column_norm(whole.columns()).powi(2) + whole.taken_out).sqrt();
         let by_error = by_ratio.max(hypothesis.kind().least_share * torque) / norm;
@@ -185,7 +187,7 @@ pub fn tested(parts: &[Triangle], x: &[f64], all: &[Hypothesis]) -> Vec<Hypothes
     all.iter().enumerate().map(test).collect()
 }
 
-/// Indices of the columns among the first p that, combined, give column c.
+/// Indices of those of the first p columns whose linear combination gives column c.
 fn explaining(triangle: &Triangle, p: usize, c: usize) -> Vec<usize> {
     let least = WITHIN_COLUMN_SHARE * triangle.column_norm(c);
     let made_of = coefficients(triangle, p, c);
@@ -203,7 +205,7 @@ pub(super) fn coefficients(triangle: &Triangle, p: usize, c: usize) -> Vec<f64> 
     found
 }
 
-/// The standard deviation of an estimate, from its values when each block is left out in turn (jackknife).
+/// The standard deviation of an estimate by the jackknife. `others`: for each block, the estimate without this block.
 pub(super) fn jackknife(others: &[f64]) -> f64 {
     let m = others.len() as f64;
     let mean = others.iter().sum::<f64>() / m;
@@ -258,7 +260,7 @@ impl UnknownsResidual {
         UnknownsResidual { columns: (p..width).map(column).collect(), torque: column(width) }
     }
 
-    /// Value of unknown e if no other unknown is fitted, and the norm of its projected column.
+    /// Value of unknown e if no other unknown is fitted, and the norm of the projected column of e.
     fn unknown(&self, e: usize) -> (f64, f64) {
         let column = &self.columns[e];
         let square: f64 = column.iter().map(|x| x * x).sum();

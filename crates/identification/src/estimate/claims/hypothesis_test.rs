@@ -1,4 +1,6 @@
-//! The result of the test of one hypothesis about a fault, and the criteria by which a fault is significant and found.
+//! The result of the test of one hypothesis, that is, of one possible fault of a log. The fault was fitted as one additional
+//! unknown u, the size of the fault. Defines when a fault is significant (u differs from zero) and when it is found (u is also
+//! large enough, and the fault reduces the error of cross-validation).
 
 use crate::estimate::hypothesis::{Counts, Hypothesis};
 
@@ -13,13 +15,15 @@ pub struct HypothesisTest {
     pub deviation: f64,
     /// Smallest |u| that would have been found (u: size of the fault); infinite if no size would have been found.
     pub power: f64,
-    /// Relative errors of cross-validation: (without, with) the fault as an unknown. `None` if not computed.
+    /// Two relative errors of cross-validation: without the fault, and with the fault as an unknown. `None` if not computed.
     pub held_out: Option<(f64, f64)>,
-    /// Norm of the weighted torque of the hypothesis's coordinate / norm for all coordinates; 1 without a coordinate.
+    /// Norm of the weighted torque of the coordinate that the hypothesis concerns, divided by the norm of the weighted torque
+    /// of all coordinates; 1 for a hypothesis without a coordinate.
     pub torque_share: f64,
     /// Change of each parameter if the fault is fitted too; empty if the hypothesis is not identifiable.
     pub effect: Vec<f64>,
-    /// Indices of parameters: the hypothesis has a combination of their columns as column. Empty if it is identifiable.
+    /// Indices of parameters: the column of the hypothesis is a linear combination of the columns of these parameters. Empty if
+    /// the hypothesis is identifiable.
     pub within: Vec<usize>,
 }
 
@@ -58,7 +62,8 @@ impl HypothesisTest {
         if self.torque_share > 0.0 { self.explained() / self.torque_share } else { 0.0 }
     }
 
-    /// Whether a machine can have this fault: a size that cannot be negative is above the smallest that is reported.
+    /// Whether a machine can have a fault of the fitted size. For a kind of fault whose size cannot be negative, the size must
+    /// exceed the smallest reported size.
     pub(crate) fn is_possible(&self) -> bool {
         !self.of.kind().is_positive || self.value > self.of.kind().least
     }

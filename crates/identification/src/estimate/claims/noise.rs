@@ -1,4 +1,5 @@
-//! Decides whether the residual of a fit is noise, by its autocorrelation time.
+//! Decides whether the residual of a fit is noise: its autocorrelation time (memory) is then near the autocorrelation time of
+//! white noise after the same low-pass. A residual with a longer memory contains an effect that the model lacks.
 
 use crate::estimate::artefact::Estimate;
 use crate::estimate::autocorrelation::NOISE_MEMORY_PERIODS;

@@ -1,12 +1,14 @@
 //! Defines which claims each use of an estimate needs.
 //!
 //! Every use needs a good prediction of another motion, and no claim against the log, the residual or the parameters. Signs,
-//! scales, zeros, mount and springs must not be contradicted. If one of these cannot be determined, the trust is not lowered,
-//! because it does not change how well the torques of the log are predicted.
+//! scales, zeros, mount (orientation of the base) and springs must not be contradicted. A sign, scale, zero, mount or spring
+//! that cannot be determined does not lower the trust, because the torques of the log are predicted equally well whether it is
+//! right or wrong.
 //!
-//! With a covariance, the relative torque error of the use must be below `SURE_TORQUE`, and the torque error of each joint below
-//! `SURE_JOINT_TORQUE_ERROR`. A use is refused if its error exceeds `USELESS_TORQUE_ERROR`, or if it needs undetermined
-//! parameters. Bodies must be physically consistent and must not contradict the description.
+//! With a covariance, the relative torque error of the use must be below `SURE_TORQUE`, and the torque error of each joint
+//! below `SURE_JOINT_TORQUE_ERROR`. A use is refused if its error exceeds `USELESS_TORQUE_ERROR`, or if it needs undetermined
+//! parameters. Bodies (inertial parameters of the links) can be used only if they are physically consistent and do not
+//! contradict the description.
 
 use claims::{Claim, EvidenceLevel, Need, Purpose, Remedy, Subject, Topic};
 
@@ -19,9 +21,9 @@ use crate::estimate::torque_error::{JointTorqueError, SURE_TORQUE, TorqueError, 
 
 /// A use is refused if the relative error of its predicted torques, from the covariance, exceeds this value.
 const USELESS_TORQUE_ERROR: f64 = 0.5;
-/// Largest accepted torque error of one joint, relative to its torque in the use or in the logs, whichever is larger. Errors
-/// below the rms residual of the joint are always accepted. This limit is larger than the limit for the whole robot
-/// (`SURE_TORQUE`), because joints with small torques have larger relative errors.
+/// Largest accepted torque error of one joint, relative to the joint's torque in this use or in the logs; the larger of the two
+/// torques is taken. Errors below the rms residual of the joint are always accepted. This limit is larger than the limit for
+/// the whole robot (`SURE_TORQUE`), because joints with small torques have larger relative errors.
 const SURE_JOINT_TORQUE_ERROR: f64 = 0.1;
 
 /// Name of the use of identified bodies, in reports.
@@ -115,7 +117,8 @@ pub(crate) fn undetermined_torques(estimate: &Estimate) -> Vec<Claim> {
     if still.is_empty() || !is_open { Vec::new() } else { Use::ALL.map(one).to_vec() }
 }
 
-/// Names of the joints that never moved. They have no rows and no bandwidth `f95` (95 % of the velocity's energy is below f95).
+/// Names of the joints that never moved. Such joints have no rows and no bandwidth `f95` (95 % of the velocity's energy is
+/// below f95).
 pub(crate) fn standing(joints: &[JointResidual]) -> Vec<&str> {
     joints
         .iter()

@@ -1,5 +1,5 @@
-//! Inflates the standard deviations sigma_i of the parameters x_i by faults that are not corrected: significant ones that
-//! explain too little to be named, and faults and rotors that the data do not exclude.
+//! Inflates the standard deviations sigma_i of the parameters x_i by faults of the log that are not corrected. These are
+//! significant faults that explain too little to be named in a claim, and faults and rotors that the data do not exclude.
 //!
 //! Each fault u was fitted as one additional unknown (`hypotheses`). Faults beyond `LIKELY_FAULT_SIGMAS` of their standard
 //! deviations inflate the variance of x_i to
@@ -51,7 +51,7 @@ pub fn effects_of_faults(estimate: &Estimate, faults: &[HypothesisTest]) -> Vec<
 }
 
 /// Inflates standard deviations and covariance by likely faults. Also adds a remark on the strongest significant fault that no
-/// claim names. Faults that were tested with other parameters than the parameters of the estimate are ignored.
+/// claim names. A fault that was tested with another list of parameters is ignored.
 pub fn inflate_by_faults(estimate: &mut Estimate, faults: &[HypothesisTest]) {
     let faults = likely(faults, estimate);
     let strength = |f: &HypothesisTest| {

@@ -1,16 +1,18 @@
-//! Estimates parameters together with several unknowns that the user requests: mount, zeros, scales or springs.
+//! Estimates parameters together with several unknowns that the user requests: mount (orientation of the base), zeros of
+//! positions, scales of torques, or springs.
 //!
-//! It makes one Gauss-Newton step from the guess of the unknowns with which the records were made. X: parameters; H: columns
-//! of [`hypotheses`], one per unknown; u: difference of the unknowns from the guess:
+//! This module makes one Gauss-Newton step from the guess of the unknowns with which the records were made. X: parameters; H:
+//! columns of [`hypotheses`], one per unknown; u: difference of the unknowns from the guess:
 //!
 //! ```text
 //! min |W X + H u - tau|
 //! ```
-//! An unknown is not identifiable if W and the columns of the preceding unknowns explain its column. It then keeps the guess. The
-//! standard deviation of u is a jackknife over tenths of the record, and at least the standard deviation for white noise.
+//! W: regressor; tau: torques. An unknown is not identifiable if its column is a linear combination of the columns of W and of
+//! the preceding unknowns. Such an unknown keeps its guess. The standard deviation of u is a jackknife over tenths of the
+//! record, and at least the standard deviation for white noise.
 //!
-//! Zeros have a prior: guess + u = 0 with the standard deviation [`ZERO_PRIOR_RAD`]. Without it, the zero of the first joint
-//! of a nearly upright robot would diverge, because only the small tilt determines it.
+//! Zeros have a prior: guess + u = 0 with the standard deviation [`ZERO_PRIOR_RAD`]. Without this prior, the zero of the first
+//! joint of a nearly upright robot would diverge, because only the small tilt of the base determines this zero.
 //!
 //! [`hypotheses`]: crate::estimate::claims::hypotheses
 
@@ -28,7 +30,7 @@ use crate::estimate::hypothesis::all;
 use crate::signals::records::Records;
 
 /// Prior standard deviation of a zero about its described value, rad (11 degrees). The prior changes an identifiable zero
-/// little: if the standard deviation of the zero is 1 degree, by 1 % of the offset.
+/// little: for example, if the standard deviation of the zero is 1 degree, the prior changes the zero by 1 % of its offset.
 pub const ZERO_PRIOR_RAD: f64 = 0.2;
 
 /// The result of one Gauss-Newton step for one unknown.
@@ -107,8 +109,8 @@ fn solved(
     let mut prior = TriangleBuilder::new(width);
     for (e, of) in wanted.iter().enumerate().filter(|(e, _)| is_identifiable[*e]) {
         let Hypothesis::Zero(k) = *of else { continue };
-        // The row of the prior is scaled by a noise. This noise is chosen so that the standard deviation for white noise would
-        // equal the standard deviation of the jackknife.
+        // The row of the prior is scaled by the noise of one data row. This noise is chosen so that the standard deviation for
+        // white noise would equal the standard deviation of the jackknife.
         let noise = noise * alone[e] / white[e].max(f64::MIN_POSITIVE);
         let mut row = vec![0.0; width];
         row[p + e] = noise / ZERO_PRIOR_RAD;

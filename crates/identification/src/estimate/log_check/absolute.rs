@@ -22,8 +22,8 @@ const MIN_SHARE_OF_A_SIGN: f64 = 0.02;
 const ROUNDED_SHARE: f64 = 1e-3;
 /// The signs explain the torque if the squared residual is at most this share of the squared torque.
 const MAX_RESIDUAL_SHARE: f64 = 0.1;
-/// The signs are needed if the squared residual with the found signs is at most this share of the squared residual without
-/// them.
+/// The signs are needed if the squared residual with the found signs is at most this share of the squared residual of the
+/// torques as logged.
 const MAX_SHARE_OF_SIGNED_RESIDUAL: f64 = 0.3;
 /// Passes of the search for the signs. Each pass lowers the residual, which converges after a few passes.
 const PASSES: usize = 10;

@@ -5,8 +5,8 @@
 //! columns F_j = [ddq_j, dq_j, direction_j, 1] (rotor, viscous and Coulomb friction, offset), which no description contains. The
 //! slope of T_j is limited to 0.5 to 2 times the common scale of all joints.
 //!
-//! The misfit of a joint is the squared residual of this fit, divided by the squared residual of a fit by F_j alone. It is 0 if
-//! the description predicts the torque exactly, and 1 if the description explains nothing.
+//! The misfit of a joint is the squared residual of this fit, divided by the squared residual of a fit by F_j alone. The misfit
+//! is 0 if the description predicts the torque exactly, and 1 if the description explains nothing.
 
 use generated::Eight;
 use linear_model::regressor::Regressor;
@@ -54,7 +54,8 @@ impl Change {
             changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, &mut q, &mut dq, &mut ddq));
             done.t.push(log.t[r]);
             [(&mut done.q, q), (&mut done.dq, dq), (&mut done.ddq, ddq)].into_iter().for_each(|(all, x)| all.extend(x));
-            // Directions of motion change like velocities. But directions have no unit, so they are not converted from degrees.
+            // A fault changes the directions of motion (signs of velocities) like the velocities. But directions have no unit,
+            // so they are not converted from degrees.
             let (mut direction, mut still) = (of(&log.direction), [vec![0.0; n], vec![0.0; n]]);
             let [q, ddq] = &mut still;
             changes.iter().for_each(|change| change.of.undo_motion(0.0, &vec![false; n], q, &mut direction, ddq));
@@ -109,7 +110,7 @@ impl Description<'_> {
                 changes.iter().for_each(|change| change.of.undo_motion(change.size, &is_angle, q, dq, ddq));
                 dq.iter_mut().chain(ddq).for_each(|x| *x *= moves);
             }
-            // The SIMD lanes after the last sample contain earlier samples. Their results are not read.
+            // The SIMD lanes after the last sample contain earlier samples. The results of these lanes are not read.
             let groups = some.len().div_ceil(8);
             let entries = &mut entries[..groups * stride];
             self.regressor.fill_blocks(&inputs[..groups * 8 * 3 * n], stride, entries);

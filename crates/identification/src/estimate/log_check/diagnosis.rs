@@ -1,10 +1,11 @@
-//! Derives the findings of a log check from its numbers. The checks have a fixed order, and each has its thresholds.
+//! Derives the findings (faults with their evidence) of a log check from its numbers. The checks have a fixed order, and each
+//! check has its own thresholds.
 //!
-//! The first checks need no inertials: dead or saturated torques, a log that is too short, velocities that are not the
-//! derivatives of the positions, negative friction. If the description has inertials, slopes are computed (regression of measured
-//! on nominal torque). They show faults of all torques (wrong unit, currents instead of torques, wrong signs), faults of one or
-//! two joints, faults of gravity (`search`), and delays. If the torques disagree and no fault explains it, the log is attributed
-//! to another robot.
+//! The first checks need no inertials (inertial parameters of the robot description): dead or saturated torques, a log that is
+//! too short, velocities that are not the derivatives of the positions, negative friction. If the description has inertials,
+//! slopes are computed (regression of measured on nominal torque). The slopes show faults of all torques (wrong unit, currents
+//! instead of torques, wrong signs), faults of one or two joints, faults of gravity (`search`), and delays. If measured and
+//! nominal torques disagree and no fault explains the difference, the log is attributed to another robot.
 
 use linear_model::regressor::Regressor;
 use logs::Suspect;
@@ -126,8 +127,8 @@ impl DiagnosisInput<'_> {
         self.samples.range[k].1 - self.samples.range[k].0
     }
 
-    /// Finds explanations of the torques from the slopes (regression of measured on nominal torque). They are alternatives;
-    /// each is a list of findings.
+    /// Finds explanations of the torques from the slopes (regression of measured on nominal torque). Only one of these
+    /// explanations can be right; each is a list of findings.
     fn explanations_of_slopes(
         &self,
         slopes: &[Partial],
@@ -197,7 +198,7 @@ impl DiagnosisInput<'_> {
         all
     }
 
-    /// The findings of one explanation of the log. They are preceded by `common`, the findings that concern all joints.
+    /// The findings of one explanation of the log. The list starts with `common`, the findings that concern all joints.
     fn explained(
         &self,
         search: &ChangeSearch,
@@ -233,8 +234,8 @@ impl DiagnosisInput<'_> {
         found
     }
 
-    /// Findings of the needed faults: without these faults, no other bodies explain the log. The other suspicions are added to
-    /// `log_check.explained`.
+    /// Findings of the suspected faults that are needed: the log cannot be explained without the fault, even with other bodies
+    /// (inertial parameters). Suspicions that are not needed are added to `log_check.explained`.
     fn findings_of_suspicions(&self, changes: &[Suspicion], slopes: &str, log_check: &mut LogCheck) -> Vec<Finding> {
         let free = FreeBodies { regressor: self.regressor, samples: self.samples, joints: &log_check.joints };
         let needed = free.needed(changes);
@@ -254,8 +255,8 @@ impl DiagnosisInput<'_> {
         needed.iter().filter(is_new).map(|change| self.changed(change, slopes)).collect()
     }
 
-    /// The finding that the slopes of all joints have a common factor; `None` if they have no common factor. `meaningful`:
-    /// slopes of measured on nominal torque.
+    /// The finding that all torques are wrong by a common factor, which the slopes of all joints show; `None` without a common
+    /// factor. `meaningful`: slopes of measured on nominal torque.
     fn common_factor(&self, meaningful: &[f64], evidence: String) -> Option<Finding> {
         let middle = self.common_scale(meaningful);
         // A load or other bodies would change only some slopes, or change them in different directions.
@@ -350,7 +351,8 @@ impl DiagnosisInput<'_> {
             joints.push("all joints".into());
         }
         let finding = Finding::of(found.fault(), joints, evidence, TORQUES_WITH_GRAVITY);
-        // A change of the log cannot restore the gravity that was subtracted.
+        // If gravity was subtracted from the torques, no change of the log can restore gravity, so such a finding has no
+        // changes.
         let is_in_log = found.changes.iter().all(|change| change.of != GravityCompensated);
         if is_in_log { finding.undone_by(found.changes.clone()) } else { finding }
     }

@@ -1,4 +1,7 @@
-//! A finding of a log check: a fault, the joints that have it, the evidence, and the remedy.
+//! A finding of a log check: a fault of the log, the joints with the fault, the evidence, and the remedy in words.
+//!
+//! Description: the robot description with its nominal inertial parameters. Slope: measured divided by nominal torque of a
+//! joint. If the log can be explained in several ways, each explanation is a list of findings.
 
 use std::fmt;
 
@@ -11,7 +14,7 @@ use crate::estimate::log_check::change::Change;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// A fault that a change of the log can undo. The number is the size of the fault: an angle, rad; a delay, s; or a relative
-    /// scale error. It is 0 for a fault without a size.
+    /// scale error. The number is 0 for a fault without a size.
     Of(Hypothesis, f64),
     /// Torques are in another unit. The number is the power of ten by which the logged numbers are too large.
     TorqueUnit(i32),
@@ -62,7 +65,8 @@ pub enum Fault {
     AbsoluteTorque,
     /// The torque of a joint never changes, so this torque was not measured.
     DeadTorque,
-    /// The torques are too small for any machine; they may be uninitialised memory. The number is the largest torque, N m (N).
+    /// The torques are too small for any machine; the numbers may come from uninitialised memory. The number is the largest
+    /// torque, N m (N).
     Nothing(f64),
     /// Signed integers were read as unsigned numbers.
     RawWords,

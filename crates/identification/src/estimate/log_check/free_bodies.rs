@@ -1,5 +1,5 @@
 //! Tests whether a suspected fault is needed to explain a log, or whether other bodies than the nominal ones explain the
-//! unchanged log.
+//! unchanged log. Bodies: the inertial parameters of the links; nominal: from the robot description.
 //!
 //! The search for faults (`search`) uses the nominal bodies. Other bodies may explain the log without a fault: for example, a
 //! wrong zero of the last joint is equivalent to a rotation of its body. So the following equations are fitted twice: to the
@@ -30,8 +30,8 @@ use crate::estimate::log_check::search::Suspicion;
 use crate::estimators::weighted::Weights;
 use crate::rows::observation::Observation;
 
-/// Least number of samples to which bodies are fitted (if the log has so many). The largest number is twice this number. This
-/// gives about ten times as many rows as an arm has parameters.
+/// Least number of samples to which bodies are fitted (if the log has so many); at most twice this number is used. An arm then
+/// has about ten times as many rows as parameters.
 const FITTED_SAMPLES: usize = 1000;
 /// Number of blocks of the record. Cross-validation leaves out two blocks at a time.
 const CROSS_VALIDATION_BLOCKS: usize = 20;
@@ -141,7 +141,7 @@ impl FreeBodies<'_> {
         suspicion.changes.iter().all(|change| change.of.may_be_bodies(brakes, is_sure))
     }
 
-    /// Relative errors of cross-validation of the joints in the changed log. Their order is the order of the torque columns
+    /// Relative errors of cross-validation of the joints in the changed log. The errors are in the order of the torque columns
     /// of the unchanged log.
     fn errors(&self, changes: &[Change]) -> Vec<f64> {
         let step = self.samples.kept.len() / FITTED_SAMPLES;

@@ -66,8 +66,8 @@ pub(crate) fn own_friction(
     let friction: Vec<f64> = dq.iter().zip(&direction).map(|(v, d)| viscous * v + dry * d).collect();
     let speed = square(&dq).sqrt();
     let unexplained = (square(&left) - viscous * vt - dry * dt).max(0.0).sqrt();
-    // The power is w . (b, c) with w = (dq.dq, dq.direction). Its variance is w' M^-1 w times the variance of the residual
-    // (M: normal matrix of b and c).
+    // The power is w . (b, c) with w = (dq.dq, dq.direction). The variance of the power is w' M^-1 w times the variance of the
+    // residual (M: normal matrix of b and c).
     let (w, u) = (square(&dq), product(&dq, &direction));
     let spread = (dd * w * w - 2.0 * vd * w * u + vv * u * u) / determinant;
     let deviation = unexplained * (spread / MAX_INDEPENDENT_SAMPLES).sqrt();
@@ -84,8 +84,8 @@ pub(crate) fn own_friction(
     (found.deviation < LARGEST_FRICTION_DEVIATION).then_some(JointFriction { drives, ..found })
 }
 
-/// Assumed number of independent samples of a residual. It is small, because a residual is mainly a model error with a long
-/// autocorrelation time.
+/// Assumed number of independent samples of a residual. This number is small, because a residual is mainly a model error with a
+/// long autocorrelation time.
 const MAX_INDEPENDENT_SAMPLES: f64 = 30.0;
 
 /// Friction counts as negative only if its normalised power (`brakes`) is below minus this value.

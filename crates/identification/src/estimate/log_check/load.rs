@@ -47,7 +47,7 @@ const MOST_MATRIX_ENTRIES: usize = 4_000_000;
 const LEAST_LOAD_BLOCKS: usize = 3;
 /// Step, in blocks, of the coarse search for the start and the end of a load.
 const COARSE_BLOCK_STEP: usize = 5;
-/// Ridge on the unit diagonal of the scaled normal matrix. It keeps undetermined parameters at zero.
+/// Ridge on the unit diagonal of the scaled normal matrix. The ridge keeps undetermined parameters at zero.
 const RELATIVE_RIDGE: f64 = 1e-10;
 /// The mass of a load is significant if it exceeds this many standard deviations.
 const SIGNIFICANT_MASS_SIGMAS: f64 = 3.0;
@@ -87,7 +87,7 @@ impl LogCheck {
     }
 }
 
-/// Makes the finding of a load on a link. `errors`: relative errors [without, with] the load.
+/// Makes the finding of a load on a link. `errors`: relative errors of the fit [without the load, with the load].
 fn finding(fault: Fault, link: &str, what: &str, errors: [f64; 2], remedy: &str) -> Finding {
     let [before, after] = errors.map(percent);
     let evidence = format!("the residual of {what} is {before}, with a body of its own for it {after}");
@@ -95,8 +95,8 @@ fn finding(fault: Fault, link: &str, what: &str, errors: [f64; 2], remedy: &str)
     Finding { tried: squares, ..Finding::of(fault, vec![link.into()], evidence, remedy) }
 }
 
-/// Products [W tau]' [W tau] of the weighted rows W and torques tau. `all`: over all rows; `records`: over the blocks of each
-/// record.
+/// Products [W tau]' [W tau] of the weighted rows W and torques tau. `all`: summed over all rows; `records`: summed over the
+/// blocks of each record.
 struct Sums {
     base: usize,
     rows: usize,
@@ -278,7 +278,7 @@ impl Sums {
     }
 }
 
-/// A fit without a load. Its normal equations are factorised once; the columns of many loads are then added.
+/// A fit without a load. The normal equations of this fit are factorised once; the columns of many loads are then added.
 struct Without {
     /// Cholesky factor of the normal matrix, with columns scaled to unit norm. `scale`: factor of each column; 0 for a column
     /// of zeros.
@@ -312,8 +312,8 @@ impl Without {
         (self.residual_square / self.tau).sqrt()
     }
 
-    /// Adds the ten columns of a load to the fit. `beside`: products of these columns with the other columns; `own`: with one
-    /// another; `right`: with the right-hand side.
+    /// Adds the ten columns of a load to the fit. `beside`: products of these columns with the other columns of the fit; `own`:
+    /// products of these columns with one another; `right`: products of these columns with the right-hand side.
     fn with(&self, beside: &DMatrix<f64>, own: &DMatrix<f64>, right: DVector<f64>) -> Option<SolvedLoad> {
         let beside = DMatrix::from_fn(self.scale.len(), BODY_PARAMETERS, |i, j| self.scale[i] * beside[(i, j)]);
         // Schur complement: products of the load's columns after projection onto the complement of the other columns.
@@ -358,8 +358,8 @@ impl Record {
         pieces.into_iter().max_by(|x, y| length(x).total_cmp(&length(y))).unwrap_or((0, parts))
     }
 
-    /// The interval of blocks (start, end) in which a load reduces the residual most, and this load. The search finds the start
-    /// and the end in turn, twice each.
+    /// The interval of blocks (start, end) in which a load reduces the residual most, and this load. The search alternates: it
+    /// finds the start, then the end, then both once more.
     fn carried(&self, solve: impl Fn(usize, usize) -> Option<SolvedLoad>) -> Option<(usize, usize, SolvedLoad)> {
         let parts = self.parts();
         let (mut from, mut to) = (0, parts);

@@ -3,7 +3,8 @@
 //!
 //! For few joints all permutations are tried. For more joints only common mistakes are tried: joints in alphabetical order,
 //! from the tip to the base, or rotated by some places; two to four limbs in any order; any cycle of three joints. The
-//! permutations are ranked on a subset of the samples, then the misfit of the best one is computed on all samples.
+//! permutations are ranked on a subset of the samples by their misfit, the relative squared error with which the description
+//! predicts the torques. Then the misfit of the best permutation is computed on all samples.
 
 use std::convert::Infallible;
 
@@ -43,7 +44,7 @@ const EXCHANGE_KINDS: [Exchange; 3] =
 impl ChangeSearch<'_> {
     /// The permutation with the smallest sum of misfits, as a list of exchanges, and the misfit of each joint with this
     /// permutation (error of the description, 0 to 1). `None` for a single joint. `as_it_is`: regression of the unchanged log;
-    /// `sum`: adds the misfits of the joints that count.
+    /// `sum`: function that adds the misfits of those joints that count.
     pub(super) fn order(&self, as_it_is: &[Partial], sum: MisfitSum) -> Option<(Vec<Change>, Vec<f64>)> {
         let few: Vec<usize> = self.rows.iter().step_by((self.rows.len() / RANKING_SAMPLES).max(1)).copied().collect();
         let few = Trials::new(self.description, &self.samples.kept, &few);
@@ -74,9 +75,9 @@ impl ChangeSearch<'_> {
 }
 
 impl ChangeSearch<'_> {
-    /// The best of the exchanges in `hidden`, as a suspicion; `None` if no exchange reduces the misfit by enough. The search
-    /// does not detect these exchanges, because they change the torques too little. `as_it_is`: regression of the unchanged
-    /// log.
+    /// The best of the exchanges in `hidden`, as a suspicion (suspected fault); `None` if no exchange reduces the misfit by
+    /// enough. The exchanges in `hidden` are not detected by the search, because they change the torques too little.
+    /// `as_it_is`: regression of the unchanged log.
     pub(super) fn exchanged(&self, as_it_is: &[Partial], hidden: &[[Vec<usize>; 2]]) -> Option<Suspicion> {
         let mean = |misfits: &[f64]| misfits.iter().sum::<f64>() / misfits.len().max(1) as f64;
         let before = mean(&misfits(as_it_is, as_it_is, &[], self.scale));
@@ -164,7 +165,7 @@ fn usual(coordinates: &[String]) -> Vec<Vec<usize>> {
     found
 }
 
-/// The exchanges that assign the columns of joint `order[k]` to each joint k, if they are applied one after the other.
+/// A list of exchanges of two joints. Applied in this order, they assign the columns of joint `order[k]` to each joint k.
 fn exchanges(order: &[usize], kind: Exchange) -> Vec<Change> {
     let mut now: Vec<usize> = (0..order.len()).collect();
     let mut made = Vec::new();

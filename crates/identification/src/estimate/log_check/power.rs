@@ -1,9 +1,10 @@
 //! Computes, for a joint, the smallest zero offset that the search for faults would have detected, and the zero offset with
 //! which the description fits best.
 //!
-//! An offset is detectable if it raises the misfit (error) of the description by enough. The search would then have found and
-//! undone it. With a smaller offset u_k of joint k, the description may still fit better. u_k is the minimum of e(u), the
-//! relative error of the description after joint k is turned by u, rad (friction and rotors are fitted):
+//! An offset is detectable if it raises the misfit, the error with which the description predicts the torques, by enough. The
+//! search would then have found and undone this offset. With a smaller offset u_k of joint k, the description may still fit
+//! better. u_k is the minimum of e(u), the relative error of the description after joint k is turned by u, rad (friction and
+//! rotors are fitted):
 //! ```text
 //! u_k = argmin e(u)        reported where e(u_k) < TURNED_ERROR_RATIO e(0)
 //! ```
@@ -33,8 +34,8 @@ pub(super) fn shows(trials: &Trials, slopes: &[Partial], changes: &[Change]) -> 
     sum(changes, &trials.partials(changes)) - sum(&[], slopes) >= SMALLEST_MISFIT_GAIN
 }
 
-/// Whether joint k carries no other joint. Then another zero of k is equivalent to a rotation of the body of joint k. The test:
-/// if k carries joint j, the torque of k depends on all base parameters on which the torque of j depends.
+/// Whether joint k carries no other joint. Then a zero offset of k is equivalent to a rotation of the body of joint k. The
+/// test: if k carries joint j, the torque of k depends on all base parameters on which the torque of j depends.
 pub(super) fn carries_none(regressor: &dyn Regressor, k: usize) -> bool {
     let n = regressor.coordinates().len();
     let felt =

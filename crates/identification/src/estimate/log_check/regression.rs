@@ -1,7 +1,7 @@
 //! Partial regression of a signal y on one column x, with a few other columns F (friction, rotor, offset) projected out.
 //!
 //! y' = y - P_F y and x' = x - P_F x, with the projector P_F onto the span of F. The slope is x'.y' / x'.x'. y'.y' is the
-//! squared residual of a fit by F alone; x explains the share (x'.y')^2 / (x'.x' y'.y') of it.
+//! squared residual of a fit by F alone; x explains the share (x'.y')^2 / (x'.x' y'.y') of this squared residual.
 
 /// The slope (measured / nominal torque) of a joint is meaningful if the description explains more than this share of the
 /// torque. Otherwise the slope is printed in brackets.
@@ -72,7 +72,8 @@ impl Partial {
         if both > 0.0 { (self.xy * self.xy / both).min(1.0) } else { 0.0 }
     }
 
-    /// Squared residual with a given slope, divided by y'.y'. It is above 1 if the column increases the residual.
+    /// Squared residual with a given slope, divided by y'.y'. The result is above 1 if the column with this slope increases the
+    /// residual.
     pub(super) fn residual(&self, slope: f64) -> f64 {
         if self.yy > 0.0 { (1.0 - slope * (2.0 * self.xy - slope * self.xx) / self.yy).max(0.0) } else { 0.0 }
     }

@@ -1,5 +1,8 @@
 //! Holds the result of a log check: agreement of each joint with the robot description, findings, and what could not be
 //! checked.
+//!
+//! Slope: regression slope of the measured on the nominal torque of a joint, near 1 in agreement. Misfit: relative squared
+//! error with which the description predicts the torques. Undoing a fault: changing the log so that the fault disappears.
 
 use std::fmt;
 
@@ -42,7 +45,7 @@ pub struct JointCheck {
     pub zero_power: Option<f64>,
 }
 
-/// Whether velocities and accelerations come from columns of the log (true), or are derivatives (false).
+/// For velocities and accelerations, whether they come from columns of the log (true) or are computed as derivatives (false).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Measured {
     /// Whether velocities come from columns of the log.
@@ -127,8 +130,8 @@ impl LogCheck {
     /// Replaces the results on velocity and acceleration columns by the results of `other`, another check of the same log.
     pub fn with_columns_of(mut self, other: LogCheck) -> LogCheck {
         self.measured = other.measured;
-        // A velocity with a lag is a late derivative of the position. A velocity without a lag belongs to another joint, or is
-        // another signal.
+        // If a lag was found, the velocity column is a late derivative of the position. If no lag was found, the velocity
+        // column belongs to another joint, or is another signal.
         let is_late = |name: &String| other.joints.iter().any(|j| j.coordinate == *name && j.velocity_lag.is_some());
         let is_foreign = |f: &&Finding| f.fault == Fault::Velocity && !f.joints.iter().any(is_late);
         let foreign: Vec<Finding> = other.findings.iter().filter(is_foreign).cloned().collect();
@@ -142,8 +145,8 @@ impl LogCheck {
         self
     }
 
-    /// Lag of the velocities behind the derivatives of the positions, s: the median over the joints, because one filter acts
-    /// on all. `None` if no joint has a lag.
+    /// Lag of the velocities behind the derivatives of the positions, s: the median over the joints, because one filter acts on
+    /// the velocities of all joints. `None` if no joint has a lag.
     pub fn velocity_lag(&self) -> Option<f64> {
         let mut lags: Vec<f64> = self.joints.iter().filter_map(|j| j.velocity_lag).collect();
         lags.sort_by(f64::total_cmp);

@@ -27,8 +27,8 @@ const SAME_ACCELERATION_CORRELATION: f64 = 0.25;
 /// Plausible range of the ratio (rms of an acceleration column / rms of the derivative of the velocity).
 pub(crate) const LIKELY_SIZES: std::ops::Range<f64> = 0.5..2.0;
 
-/// Number of correlated rows that count as one independent row: twice the autocorrelation time of filtered noise (0.32
-/// periods of the cut-off), with ten rows per period.
+/// Number of correlated rows that count as one independent row: twice the autocorrelation time of filtered noise. This time is
+/// 0.32 periods of the cut-off frequency, and a period has ten rows.
 const CORRELATED_NOISE_ROWS: f64 = 6.4;
 
 /// A motion is short if the number of periods (there and back) is below this value.
@@ -239,8 +239,8 @@ impl Samples {
         (moves && self.alike(k, k) > SAME_VELOCITY_CORRELATION).then(|| sums.lag / sums.bend)
     }
 
-    /// Standard deviation of the velocity lag of joint k, s. Velocity minus derivative of the position, without the effect of the
-    /// lag, is treated as filtered noise with correlated rows.
+    /// Standard deviation of the velocity lag of joint k, s. The difference between the velocity and the derivative of the
+    /// position, without the part that the lag explains, is treated as filtered noise with correlated rows.
     pub(crate) fn velocity_lag_deviation(&self, k: usize) -> f64 {
         let sums = &self.rates[k];
         let left = (sums.off - sums.lag * sums.lag / sums.bend).max(0.0);

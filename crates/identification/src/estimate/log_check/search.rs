@@ -1,9 +1,10 @@
-//! Searches for faults of single joints or pairs of joints: after they are undone, the description predicts the torques of
-//! the log.
+//! Searches for faults of single joints or pairs of joints. A fault is accepted if the robot description with its nominal
+//! bodies (inertial parameters) predicts the torques after the fault is undone in the log.
 //!
-//! Each change (one fault undone) is tried on a few hundred samples. The change with the smallest sum of misfits is accepted
-//! if it reduces the sum by enough. The search then continues with this change applied. A zero is searched every 15 degrees
-//! and then refined. If such faults do not explain the log, a permutation of its columns is searched (`order`).
+//! Each change (one fault undone) is tried on a few hundred samples. The change with the smallest sum of misfits is accepted if
+//! it reduces the sum by enough. The search then continues with this change applied. The zero of a position is searched in
+//! steps of 15 degrees and then refined. If such faults do not explain the log, a permutation of its columns is searched
+//! (`order`).
 //!
 //! Misfit of a joint: squared residual of the description, divided by the squared residual without the description; 0 to 1.
 
@@ -29,7 +30,7 @@ pub(super) struct ChangeSearch<'a> {
     pub velocities: &'a [(usize, usize)],
 }
 
-/// A suspected fault. `before`, `after`: mean misfit (0 to 1) without and with the fault undone, over the joints above
+/// A suspected fault. `before`, `after`: mean misfit (0 to 1) before and after the fault is undone, over the joints above
 /// `COUNTED_JOINT_SHARE`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Suspicion {
@@ -45,7 +46,7 @@ pub(super) type Explanation = (Vec<Suspicion>, Vec<f64>);
 
 /// Largest number of faults of a log. A log with more faults is attributed to another robot.
 pub(super) const MAX_MISTAKES: usize = 3;
-/// The search starts from the best change (smallest sum of misfits). It also starts from other changes, at most this many.
+/// The search starts from the best change (smallest sum of misfits), and in addition from at most this many other changes.
 const FIRST_STEPS: usize = 6;
 /// The search also starts from a change if the sum of misfits is at most the smallest sum times this factor.
 const FIRST_STEP_RATIO: f64 = 2.0;
@@ -143,8 +144,8 @@ impl ChangeSearch<'_> {
         }
     }
 
-    /// The changes from which the search starts (each undoes one fault), the best first. Each comes with the misfits of the
-    /// joints.
+    /// The changes from which the search starts (each undoes one fault), the best first. Each change comes with the misfits of
+    /// the joints after this change.
     fn firsts(&self, as_it_is: &[Partial], sum: MisfitSum) -> Vec<(Change, Vec<f64>)> {
         let n = as_it_is.len();
         if sum(&misfits(as_it_is, as_it_is, &[], self.scale)) < SMALLEST_MISFIT_GAIN {
@@ -189,7 +190,7 @@ impl ChangeSearch<'_> {
     }
 
     /// Of all changes that can follow the changes `undone`: the change with the smallest sum of misfits, and the misfits of the
-    /// joints with it.
+    /// joints after this change.
     fn next(&self, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Option<(Change, Vec<f64>)> {
         let plain = self.least(&self.plain(as_it_is.len()), undone, as_it_is, sum)?;
         let is_angle = |k: &usize| !self.description.regressor.is_prismatic(*k);
@@ -239,8 +240,8 @@ impl ChangeSearch<'_> {
         misfits(&self.trials.partials(changes), as_it_is, changes, self.scale)
     }
 
-    /// Finds the zero offset of joint k with the smallest sum of misfits, and returns this offset as a change. The changes
-    /// `undone` are applied before this change.
+    /// Finds the zero offset of joint k with the smallest sum of misfits, and returns the change that undoes this offset. The
+    /// changes `undone` are applied first.
     fn zero(&self, k: usize, undone: &[Change], as_it_is: &[Partial], sum: MisfitSum) -> Change {
         // The coarse search uses few samples; the refinement uses all.
         let few: Vec<usize> = self.rows.iter().step_by(COARSE_SAMPLE_STEP).copied().collect();
@@ -272,11 +273,12 @@ impl ChangeSearch<'_> {
     }
 }
 
-/// Wrong nominal inertials explain a slope of one joint in this range, relative to the slopes of the other joints.
+/// Range of the slope (measured / nominal torque) of one joint, relative to the slopes of the other joints, that wrong nominal
+/// inertials can explain.
 const JOINT_FACTORS: std::ops::Range<f64> = 0.6..1.67;
 
-/// Least number of periods (there and back) of a joint for a test of its scale. In a shorter motion, some bodies explain any
-/// scale.
+/// Least number of periods (there and back) of a joint for a test of its scale. In a shorter motion, any scale can be explained
+/// by other bodies (inertial parameters) than the nominal ones.
 const LEAST_PERIODS_FOR_SCALE: f64 = 1.5;
 
 /// The scale of a joint is tested only if at least this many other joints have meaningful slopes.
@@ -298,7 +300,8 @@ impl ChangeSearch<'_> {
         let middle = sizes[sizes.len() / 2];
         let n = as_it_is.len() as f64;
         let one = |(k, p): (usize, &Partial)| {
-            // The slope must differ from the median and from 1: if half of the joints are wrong, the median is wrong too.
+            // The slope must differ from the median and also from 1, because the median itself is wrong if half of the joints
+            // are wrong.
             let slope = p.slope() / self.scale;
             let factor = slope / middle;
             let moves = self.samples.periods(k) >= LEAST_PERIODS_FOR_SCALE;

@@ -1,5 +1,5 @@
-//! Checks the signals of a log without inertials: dead or saturated torques, a log that is too short, angles in degrees,
-//! velocities that are not the derivatives of the positions, and negative friction.
+//! Checks the signals of a log without the inertial parameters of the robot description: dead or saturated torques, a log that
+//! is too short, angles in degrees, velocities that are not the derivatives of the positions, and negative friction.
 
 use logs::Suspect;
 

@@ -1,4 +1,5 @@
-//! Tries the findings of a log check: the faults are undone in the log, and the log is checked again.
+//! Tries the findings (faults with their evidence) of a log check: the faults are undone in the log, and the log is checked
+//! again.
 //!
 //! If the second check reveals another fault, this fault is undone too. If no contradiction remains in the end, all undone
 //! faults are reported. Otherwise the report says that the cause is not identified.
@@ -49,8 +50,8 @@ pub(super) fn tried(mut first: LogCheck, again: impl Fn(&[Change]) -> LogCheck) 
             mended.push(found);
         }
     }
-    // Of the confirmed explanations, the explanation with the smallest residual is kept, and all explanations that are
-    // equivalent to it.
+    // Of the confirmed explanations, two kinds are kept: the explanation with the smallest residual, and the explanations that
+    // are equivalent to that explanation.
     let left = |found: &Vec<Finding>| found.iter().find_map(|f| f.tried).map_or(f64::INFINITY, |shares| shares[1]);
     mended.sort_by(|a, b| left(a).total_cmp(&left(b)));
     let least = mended.first().map_or(f64::INFINITY, &left);

@@ -1,8 +1,9 @@
 //! Compares nominal torques with the torques of a log, for many changes of the log.
 //!
-//! A change determines which motion columns and which torque column of the log belong to a joint. The joint's own columns (rotor,
-//! friction, offset) depend only on this motion. The torque projected onto their complement depends only on this motion and
-//! torque. So both are computed once for each pair of motion and torque, and thousands of trials are fast.
+//! A change of the log undoes one fault. The change determines which motion columns and which torque column of the log belong
+//! to a joint. The joint's own columns (rotor, friction, offset) depend only on these motion columns. The torque, projected
+//! onto the complement of the own columns, depends only on these motion columns and this torque column. So own columns and
+//! projected torque are computed once for each pair of motion and torque, and thousands of trials are fast.
 
 use std::sync::OnceLock;
 

@@ -56,7 +56,8 @@ impl VisitedStates {
         self.is_new(self, |_| true, |i, j| part(i) != part(j))
     }
 
-    /// Whether the motion of log number `log` differs from the motions of all other logs; false if there is only one log.
+    /// Whether the motion of the log with the number `log` differs from the motions of all other logs; false if there is only
+    /// one log.
     pub fn is_new_log(&self, log: usize) -> bool {
         let has_others = self.logs.iter().any(|other| *other != log);
         has_others && self.is_new(self, |i| self.logs[i] == log, |_, j| self.logs[j] != log)

@@ -1,8 +1,9 @@
 //! The equations of one joint in currents, (D X + t) / k = I + noise, which `likelihood` solves. D: rows of the regressor, X:
 //! parameters, t: torque of a known load, k: drive gain, I: currents.
 //!
-//! Nuisance parameters such as friction are eliminated by a triangle in which their columns come first. The rows of the triangle
-//! below these columns contain all information on the other parameters. The last diagonal entry is the norm of the residual.
+//! Nuisance parameters such as friction are eliminated by a triangle (R of the QR decomposition of the rows) in which the
+//! columns of the nuisance parameters come first. The rows of the triangle below these columns contain all information on the
+//! other parameters. The last diagonal entry of the triangle is the norm of the residual.
 
 use numerics::triangle::TriangleBuilder;
 use numerics::vector::dot;
@@ -24,15 +25,15 @@ pub struct JointEquations {
 /// The data from which the noise of a joint is estimated. The noise is equal in all rows of the joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseEvidence {
-    /// Residual sum of squares of the currents, A^2, that remains for any values of the parameters. The residuals of `rows` are
-    /// not part of this sum.
+    /// Part of the residual sum of squares of the currents, A^2, that no values of the parameters can reduce. The residuals of
+    /// `rows` are not part of this sum.
     pub left: f64,
     /// Number of independent equations from which `rows` and `left` were computed.
     pub equations: f64,
 }
 
-/// Least mean square residual that is used for the noise, divided by the mean square current. It is the square of the relative
-/// rounding error of currents, 1e-10.
+/// Least mean square residual that is used for the noise, divided by the mean square current. The value is the square of the
+/// relative rounding error of currents, 1e-10.
 const ROUNDING_SQUARE_SHARE: f64 = 1e-20;
 /// Least number of degrees of freedom for the noise, as a share of the number of equations. This limit is used if there are
 /// nearly as many unknowns as equations.
@@ -83,7 +84,8 @@ impl JointEquations {
         self.each().map(|(d, t, i)| (i - g * (dot(d, x) + t)).powi(2)).sum()
     }
 
-    /// The standard deviation of the noise of the currents at (X, g = 1/k). `used`: degrees of freedom that the unknowns use up.
+    /// The standard deviation of the noise of the currents at (X, g = 1/k). `used`: degrees of freedom that the unknowns take
+    /// from the equations of this joint.
     pub(crate) fn noise(&self, x: &[f64], g: f64, used: f64) -> f64 {
         let Some(scatter) = self.scatter else { return 1.0 };
         let total: f64 = scatter.left + self.current.iter().map(|i| i * i).sum::<f64>();

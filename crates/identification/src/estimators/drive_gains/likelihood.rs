@@ -11,8 +11,9 @@
 //!
 //! min sum_j |I_j - g_j (D_j X + t_j)|^2 / s_j^2,   g_j = 1/k_j,
 //!
-//! by Gauss-Newton. It starts from least squares in torque, which underestimates k. s_j, the standard deviation of the currents,
-//! is 1 if the weights contain the noise. Otherwise it follows from the residual of the joint at the present X and g.
+//! which is found by Gauss-Newton. The iteration starts from least squares in torque, which underestimates k. s_j, the standard
+//! deviation of the noise of the currents, is 1 if the weights of the rows already contain the noise. Otherwise s_j follows
+//! from the residual of the joint at the present X and g.
 //!
 //! The equations come from filtered samples of any motion (`estimate::drive_gains`) or from the experiments of a plan
 //! (`spectrum::rist_mh::gains`, `spectrum::identify`). `total_least_squares` solves them with another method.
@@ -64,7 +65,8 @@ pub struct DriveGains {
     pub covariance: DMatrix<f64>,
     /// For each parameter, whether the data determine the parameter.
     pub determined: Vec<bool>,
-    /// Standard deviation of the noise of the currents of each joint, A. It is 1 if the weights contain the noise.
+    /// Standard deviation of the noise of the currents of each joint, A. The value is 1 if the weights of the rows contain the
+    /// noise.
     pub noise: Vec<f64>,
     /// Number of Gauss-Newton steps. `None`: the iteration did not converge.
     pub steps: Option<usize>,
@@ -176,7 +178,7 @@ fn check_scale(joints: &[JointEquations], known: &[Gain]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Least squares in torque, from which Gauss-Newton starts. Returns (X, gains).
+/// Solves least squares with residuals in torque; Gauss-Newton starts from this solution. Returns (X, gains).
 ///
 /// A free gain is the coefficient of the noisy currents of its joint, and an expected gain is fixed. If no gain is known or
 /// expected, the gain of the joint with the largest current is set to 1, and the coefficient of the known torque gives the common
@@ -209,7 +211,7 @@ pub(crate) fn least_squares(joints: &[JointEquations], known: &[Gain]) -> (Vec<f
     }
     let triangle = block.finish();
     let mut x = solve(&triangle).x;
-    // A gain that the data do not determine is zero in the solution here. It starts at 1 instead.
+    // A gain that the data do not determine is zero in this solution. Gauss-Newton starts from 1 for such a gain.
     let unit = x.last().copied().filter(|c| relative && *c > 0.0).unwrap_or(1.0);
     x.iter_mut().for_each(|x| *x /= unit);
     let mut gain: Vec<f64> = held.iter().map(|k| k.unwrap_or(1.0) / unit).collect();
@@ -277,12 +279,12 @@ pub(crate) mod tests {
 
     pub(crate) const GAINS: [f64; 3] = [2.393, 0.870, 1.0];
     pub(crate) const TRUTH: [f64; 5] = [0.3, -0.1, 0.05, 1.2, -0.4];
-    /// Parameters of the load. They add to `TRUTH` in the experiments with the load.
+    /// Parameters of the load. In experiments with the load, the true parameters are `TRUTH` + `LOAD`.
     pub(crate) const LOAD: [f64; 5] = [0.2, 0.0, 0.1, 0.8, 0.3];
     pub(crate) const THIRD: [Gain; 3] = [Gain::Free, Gain::Free, Gain::Known(1.0)];
 
     /// Equations of three joints. The first joint has hardly more rows than parameters, as on a real arm. If `is_loaded`, every
-    /// experiment is repeated with the load.
+    /// experiment is repeated with a known load on the robot.
     pub(crate) fn joints(random: &mut Random, noise: f64, is_loaded: bool) -> Vec<JointEquations> {
         let mut pattern = Random::new(1);
         let mut joint = |j: usize, count: usize| {
@@ -333,8 +335,8 @@ pub(crate) mod tests {
                 sigma = ml.gain_deviation[0] / GAINS[0];
             }
             assert!(sigma > 0.005 && sigma < 0.2, "the noise is felt: {sigma}");
-            // Bounds of the mean and the variance of 400 standard normal numbers: five standard errors. A maximum-likelihood
-            // estimate also has a bias of second order, about sigma, which is added.
+            // Allowed errors: five standard errors of the mean and of the variance of 400 standard normal numbers. A
+            // maximum-likelihood estimate also has a bias of second order, about sigma, which is added.
             assert!(bias.abs() < 0.25 + sigma, "{is_loaded}: {bias}");
             assert!((chi - 1.0).abs() < 0.4, "{is_loaded}: {chi}");
         }

@@ -1,4 +1,4 @@
-//! Estimates drive gains together with the parameters.
+//! Estimates drive gains (torque per current of each drive, N m/A) together with the parameters, from logs of motor currents.
 
 pub mod equations;
 pub mod likelihood;

@@ -6,8 +6,9 @@
 //!
 //! w_j (k_j I_j - D_j X) = w_j D_j dX + w_j (D_j X) d ln g_j + noise.
 //!
-//! The logarithm of an unknown gain is an additional parameter. Its column is the torque of the joint. All products of these
-//! columns follow from the products P of [D_j, I_j] over the rows of a cluster, as T' P T with T = [1, X, -X; 0, 0, k_j].
+//! The logarithm of an unknown gain is an additional parameter. The column of this parameter is the torque of the joint. All
+//! products of these columns follow from the products P of [D_j, I_j] over the rows of a cluster, as T' P T with T = [1, X, -X;
+//! 0, 0, k_j].
 //!
 //! An expected gain adds one row, whose error is one standard deviation.
 
@@ -39,8 +40,9 @@ pub struct Replicates {
 }
 
 impl Replicates {
-    /// Makes the clusters. `observation`: triangles with the current as the right-hand side. `bands`: sums of products with the
-    /// current as the last column and weight 1.
+    /// Makes the clusters. `observation`: triangles (R of QR) of the rows, with the current as the right-hand side. `bands`:
+    /// sums of products of the rows in each band of speed and position, with the current as the last column; all rows have
+    /// weight 1.
     pub fn of(model: &Model, observation: &Observation, bands: StateBands) -> Replicates {
         let of_triangle = |(joint, triangle): (usize, &Triangle)| {
             let columns = triangle.live().into_iter().filter(|&c| c < triangle.columns());

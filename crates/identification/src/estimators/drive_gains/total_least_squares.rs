@@ -2,11 +2,11 @@
 //!
 //! The equations are [D, t, -I_1, -I_2, .. | y] (X, 1, k, -1) = 0, where y = sum of k_j I_j over the joints whose gains are
 //! known. D and the known torque t are exact, the currents are noisy. The noisy columns are projected onto the orthogonal
-//! complement of the exact columns. The gains are the direction of the smallest singular value of this projection [Van Huffel,
-//! Vandewalle 1991], after column c is scaled by G_c^-1/2. G_c is the sum of diag(1 - Q Q') over the rows of column c, Q: basis
-//! of the exact columns. It is the variance of the noise in the projected column. Without scaling the solution is biased, because
-//! the parameters take unequal shares of the degrees of freedom of the joints. If a gain is known, t is part of y. If none is
-//! known, t is an exact column and its coefficient fixes the scale.
+//! complement of the exact columns. The gains are the direction of the smallest singular value of this projection
+//! [Van Huffel, Vandewalle 1991], after column c is scaled by G_c^-1/2. G_c is the sum of diag(1 - Q Q') over the rows of
+//! column c, Q: basis of the exact columns. G_c is the variance of the noise in the projected column. Without this scaling the
+//! solution is biased, because the parameters take unequal shares of the degrees of freedom of the joints. If a gain is known,
+//! t is part of y. If no gain is known, t is an exact column, and the coefficient of t fixes the common scale of the gains.
 //!
 //! Maximum likelihood needs no scaling and gives standard deviations; this file is an independent check of it.
 
@@ -55,7 +55,7 @@ fn noise_scale(basis: &DMatrix<f64>, column: impl Fn(usize) -> usize, columns: u
     (0..columns).map(|c| 1.0 / of_column(c).max(SMALLEST_NOISE_VARIANCE).sqrt()).collect()
 }
 
-/// Gains, N m/A, and parameters by total least squares. An expected gain is treated as free.
+/// Estimates gains, N m/A, and parameters by total least squares. An expected gain is treated as free.
 ///
 /// `None` if there are too few equations, or if the equations do not determine the common scale of gains and parameters.
 pub fn gains_by_total_least_squares(
@@ -103,8 +103,8 @@ pub fn gains_by_total_least_squares(
         Scaling::Noise => noise_scale(&basis, column, currents),
     };
     let direction = least_direction(&rest, &scale)?;
-    // X by least squares. `direction` gives a combination of the noisy columns. X is chosen so that the exact columns give the
-    // negative of this combination.
+    // `direction` gives a combination of the noisy columns. X is the least-squares solution for which the exact columns times X
+    // give the negative of this combination.
     let right = DMatrix::from_fn(count, 1, |r, _| -(0..currents).map(|c| noisy[(r, c)] * direction[c]).sum::<f64>());
     let x = svd.solve(&right, tolerance).ok()?;
     let unit = if has_known { -direction[currents - 1] } else { x[p] };
@@ -152,8 +152,8 @@ mod tests {
                 unscaled += error(Scaling::None);
                 sigma = deviation / GAINS[0];
             }
-            // Bounds of the bias: five standard errors of the mean of 400 standard normal numbers, plus a bias of second order,
-            // about sigma.
+            // Allowed bias: five standard errors of the mean of 400 standard normal numbers, plus the bias of second order of
+            // the estimate, about sigma.
             assert!(scaled.abs() < 0.25 + sigma, "{is_loaded}: {scaled}");
             assert!(unscaled.abs() > 0.25 + sigma, "{is_loaded}: {unscaled}");
         }

@@ -1,9 +1,9 @@
 //! The effect that the model most likely lacks: late torques, ripple, springs, eccentric encoders, elastic joints, play.
 //!
 //! Each candidate is added to the fit with its columns (`effects`), for all joints at once. Friction and weights are then
-//! chosen again. Two numbers decide, both with the measured noise. The misfit of a fit is chi^2 per degree of freedom minus 1,
-//! its value for noise alone. The first number is the share of the misfit that the candidate explains (0: without, 1: with the
-//! candidate; nu: degrees of freedom),
+//! chosen again. Two numbers decide; both are computed with the measured noise. The misfit of a fit is (chi^2 per degree of
+//! freedom) - 1, because noise alone gives 1. The first number is the share of the misfit that the candidate explains (0:
+//! without, 1: with the candidate; nu: degrees of freedom),
 //!   1 - (chi_1^2 / nu_1 - 1) / (chi_0^2 / nu_0 - 1).
 //! The second number is the probability that the m columns of the candidate explain as much of an independent residual by
 //! chance, from
@@ -11,17 +11,17 @@
 //! The candidate with the largest share is the cause, if the share is at least `NAMED_CAUSE_SHARE` and F is significant at
 //! `SIGNIFICANCE_LEVEL`.
 //!
-//! The share is the stronger criterion. The residual is not noise, so with some hundred rows any column with a small correlation
-//! has a significant F. A cause that explains less than half is at most one of several causes. F is needed if there are few
-//! rows. Its level is one in a thousand. For ripple many numbers of periods are tried, and the level holds for all of them
-//! together (Bonferroni).
+//! The share is the stronger criterion. The residual is not noise, so with some hundred rows any column with a small
+//! correlation has a significant F. A cause that explains less than half is at most one of several causes. F is needed if there
+//! are few rows. The significance level of F is one in a thousand. For ripple many numbers of periods are tried, and the level
+//! holds for all of them together (Bonferroni).
 //!
 //! The columns of an elastic joint and of play are correlated if the torque has nearly two values only, as in a bang-bang
 //! motion. Then play can be distinguished from the spring only if its gap is wider than the deflection of the spring.
 //!
-//! Ripple of k periods per turn is tried at a joint under two conditions. The motions of the joint cover at least half a period,
-//! k range(q) >= pi, because with less the ripple is correlated with gravity. The ripple is within the band of the equations, k
-//! rms(dq) <= 2 pi f, f: their highest frequency.
+//! Ripple of k periods per turn is tried at a joint under two conditions. The motions of the joint cover at least half a
+//! period, k range(q) >= pi, because in a smaller range the ripple is correlated with gravity. The ripple is within the band of
+//! the equations, k rms(dq) <= 2 pi f, f: highest frequency of the equations.
 
 use linear_model::friction::periodic::FrictionShape;
 use numerics::student::exceeded;
@@ -45,7 +45,7 @@ const MAX_RIPPLE_PERIODS_PER_TURN: usize = 1024;
 /// chance with the probability `SIGNIFICANCE_LEVEL`.
 const NAMED_JOINT_SIGMAS: f64 = 3.3;
 /// A joint is named if the sum of squared torques of its effect is at least this share of the largest sum of all joints. A
-/// smaller torque is caused by the effect at another joint.
+/// smaller torque is attributed to the effect at another joint.
 const LEAST_SQUARE_SHARE: f64 = 0.02;
 
 /// The effect that the model most likely lacks.

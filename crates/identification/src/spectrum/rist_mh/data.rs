@@ -1,4 +1,5 @@
-//! The data of RIST-MH: the spectra of all experiments and joints, and the options of the search.
+//! The data of RIST-MH: the spectra of all experiments and joints, and the options of the search for friction columns. RIST-MH
+//! is weighted least squares on all harmonics of periodic experiments (`search` explains the method).
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use experiments::plan::paper_rows::EquationBlock;

@@ -10,9 +10,9 @@
 //! | `Elastic` joint k | the links move by q_k = theta_k - c tau_k + b dtau_k/dt, theta_k measured at the motor | c = 1/K, rad/(N m); b = D/K^2, rad s/(N m), of a spring with damping D |
 //! | `Play` of joint k | q_k = theta_k - (b/2) tanh(tau_k / w), w: 10 % of the rms of tau_k: the torque holds the link at one side of its gap b | b, rad |
 //!
-//! Delay, ripple and springs are linear; `yielding` linearises the other effects. For a damped spring with deflection s, tau = K
-//! s + D ds/dt gives s = c tau - b dtau/dt with a relative error of (w D/K)^2 at the angular frequency w. This is 2e-4 for a
-//! spring of 12 Hz with 2 % of the critical damping in equations up to 10 Hz.
+//! Delay, ripple and springs are linear; `yielding` linearises the other effects. For a damped spring with deflection s, tau =
+//! K s + D ds/dt gives s = c tau - b dtau/dt with a relative error of (w D/K)^2 at the angular frequency w. This error is 2e-4
+//! for a spring of 12 Hz with 2 % of the critical damping in equations up to 10 Hz.
 
 /// An effect in the torques or positions, other than friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,6 +79,7 @@ pub struct EffectSize {
     pub effect: Effect,
     /// Values of the unknowns of the effect. A delay does not include `delay` of [`Band`](crate::spectrum::harmonics::Band).
     pub values: Vec<f64>,
-    /// Standard deviations of the unknowns. They assume the noise that the weights of the fit contain.
+    /// Standard deviations of the unknowns. The standard deviations are valid for the noise that is contained in the weights of
+    /// the fit.
     pub deviations: Vec<f64>,
 }

@@ -2,8 +2,8 @@
 //!
 //! The model of experiment e and joint j is tau_ej = D_ej X + (1 + u_ej) C_ej f_j + ends + noise. D: rows of the regressor; X:
 //! base parameters; C: friction columns; f: friction coefficients; u: drift of friction; ends: torque of the jumps from the end
-//! of the record to its start. It is linearised about the present u and f: tau_ej + u C f = D_ej X + (1 + u) C f' + (C f) u'
-//! with the new f', u'. An additional row with weight 1/s regularises each u' towards zero. `search` explains the method.
+//! of the record to its start. The model is linearised about the present u and f: tau_ej + u C f = D_ej X + (1 + u) C f' + (C
+//! f) u' with the new f', u'. An additional row with weight 1/s regularises each u' towards zero. `search` explains the method.
 
 use linear_model::friction::periodic::FrictionShape;
 use numerics::triangle::{Triangle, TriangleBuilder};
@@ -38,7 +38,7 @@ pub struct Owner {
     pub cluster: usize,
 }
 
-/// A weighted, linearised equation. Its unknowns are the unknowns of the fit, then the unknown drive gains.
+/// A weighted, linearised equation. The unknowns of the equation are the unknowns of the fit, then the unknown drive gains.
 pub struct GainEquation {
     /// The joint and cluster of the equation. `None` for the row of an expected gain, which belongs to no joint.
     pub owner: Option<Owner>,
@@ -96,7 +96,7 @@ impl IterationState {
             rows: 0,
             effective: 0.0,
         };
-        // The first fit is without drift. Its friction f is the point about which the drift is linearised.
+        // The first fit is without drift. The friction f of this fit is the point about which the drift is linearised.
         fit.solve(data);
         if options.drift {
             // The standard deviation s of the drifts is iterated until s converges or is practically zero.
@@ -265,8 +265,8 @@ impl IterationState {
     /// knowledge of gains that are only expected.
     ///
     /// The residual of a row in currents is w k0 (I - m / k), with the weight w, the gain k, its present value k0, the current
-    /// I and the torque m of the model. The column of k is its derivative w m / k0, where m is replaced by k0 I, which is equal
-    /// up to the residual.
+    /// I and the torque m of the model. The column of k is the derivative w m / k0 of this residual, in which m is replaced by
+    /// k0 I; m and k0 I differ only by the residual.
     pub(crate) fn gain_equations(&self, data: &HarmonicData, gains: &[Gain]) -> Vec<GainEquation> {
         let unknowns = self.x.len();
         let free: Vec<usize> = (0..gains.len()).filter(|&j| gains[j].is_unknown()).collect();

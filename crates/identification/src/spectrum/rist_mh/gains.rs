@@ -9,8 +9,8 @@
 //!
 //! A row of `fit` is w (k I + u C f) = w (D X + t + (1 + u) C f' + C f u' + ..), k: present gain, I: current, t: torque of a
 //! known load (other symbols: see `fit`). `estimators::drive_gains` needs a row (coefficients) X + (known) = k' (current) with
-//! the new gain k'. It is obtained from the row of `fit` as follows: D and t are multiplied by k, and the right-hand side, w k
-//! I except for u, is used as the current.
+//! the new gain k'. This row is obtained from the row of `fit` as follows: D and t are multiplied by k, and the right-hand
+//! side, which is w k I apart from the term with u, is used as the current.
 
 use linear_model::friction::periodic::FrictionShape;
 use logs::Error;
@@ -28,9 +28,9 @@ pub struct HarmonicGains {
     pub gains: DriveGains,
     /// The equations from which the gains were estimated, after elimination of friction.
     pub equations: Vec<JointEquations>,
-    /// The estimate whose friction is used in `equations`. It was computed with the gains of the previous round. After
-    /// convergence, these previous gains differ from `gains` by at most a hundredth of a standard deviation. `None` if the
-    /// gains are not determined or not positive; friction is then asymmetric viscous and Coulomb friction.
+    /// The estimate whose friction is used in `equations`. This estimate was computed with the gains of the previous round.
+    /// After convergence, these previous gains differ from `gains` by at most a hundredth of a standard deviation. `None` if
+    /// the gains are not determined or not positive; friction is then asymmetric viscous and Coulomb friction.
     pub friction: Option<HarmonicEstimate>,
     /// Number of rounds (choice of friction, then gains) of the iteration. `None` if the iteration did not converge.
     pub rounds: Option<usize>,
@@ -88,9 +88,9 @@ impl HarmonicData<'_> {
 }
 
 impl IterationState {
-    /// The equations of each joint in currents. Their unknowns are the gain and the inertial parameters. The other unknowns of
-    /// the fit are eliminated: friction, its drift, jumps between end and start of a record (`ends`), and effects such as delay
-    /// or ripple.
+    /// The equations of each joint in currents. The unknowns of these equations are the gain and the inertial parameters. The
+    /// other unknowns of the fit are eliminated: friction, its drift, jumps between end and start of a record (`ends`), and
+    /// effects such as delay or ripple.
     fn current_equations(&self, data: &HarmonicData) -> Vec<JointEquations> {
         let p = data.p;
         let mut of_joint = vec![(vec![], vec![], vec![]); data.n];

@@ -15,7 +15,7 @@
 //! rows first. k is 19/20, as for the blocks of a log (`estimators::replicate_deviation`). With k < 1 a direction that only one
 //! experiment determines keeps a finite variance.
 //!
-//! a grows with chi^2 / freedom of the joint with the largest value. It is 0 up to `NOISE_CHI_SQUARE` and 1 from
+//! a grows with chi^2 / freedom of the joint with the largest value. a is 0 up to `NOISE_CHI_SQUARE` and 1 from
 //! `LACKING_MODEL_CHI_SQUARE` on, so that an interval is a continuous function of chi^2. Each joint is evaluated separately,
 //! because in the total, chatter of other joints would hide the misfit of one joint.
 
@@ -78,7 +78,8 @@ impl HarmonicData<'_> {
         if beyond > 0.0 {
             let mut x = fit.shared();
             let shared = x.len();
-            // The unknown that belongs to a gain is its change from the present gain. This change is zero now.
+            // The unknown that belongs to a gain is the change from the present gain. At the converged fit, this change is
+            // zero.
             x.extend(gains.iter().filter(|g| g.is_unknown()).map(|_| 0.0));
             let mut found = by_experiment(&fit.clusters(self, gains), &x);
             found.iter_mut().for_each(|deviation| *deviation *= beyond.sqrt());

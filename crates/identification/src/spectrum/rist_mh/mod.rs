@@ -1,4 +1,5 @@
-//! RIST-MH: least squares on all harmonics, with friction coefficients as nuisance parameters.
+//! RIST-MH: weighted least squares on all harmonics of periodic experiments, with friction coefficients as nuisance parameters.
+//! `search` explains the method.
 
 pub mod cause;
 pub mod data;

@@ -91,7 +91,7 @@ fn leverage(row: &[f64], solution: &Solution) -> f64 {
 ///
 /// sum (z^2 / exp(a + b u) - (1 - h)) [1, u] = 0.
 ///
-/// b is 0 if all rows have the same frequency. Both are 0 without noise.
+/// b is 0 if all rows have the same frequency. a and b are 0 without noise.
 fn log_linear(rows: &[NoiseRow]) -> [f64; 2] {
     let free: f64 = rows.iter().map(|row| row.free).sum();
     let squares: f64 = rows.iter().map(|row| row.square).sum();

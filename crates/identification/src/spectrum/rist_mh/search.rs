@@ -7,10 +7,11 @@
 //!
 //! tau_ej = D_ej X + (1 + u_ej) C_ej f_j + noise,   u_ej ~ N(0, s^2).
 //!
-//! u_ej is the drift of the friction of joint j in experiment e (temperature, grease). Its standard deviation s is estimated
-//! too, by s^2 <- sum u^2 / sum(1 - var u / s^2) [MacKay 1992, evidence iteration]. Without drift s becomes zero, so drift adds
-//! no uncertainty. Gauss-Newton linearises the product u f. The first weights follow from the noise of torque and position,
-//! measured from the scatter between periods. Later weights follow from the residual of each joint.
+//! u_ej is the drift of the friction of joint j in experiment e (temperature, grease). The standard deviation s of the drift is
+//! estimated too, by s^2 <- sum u^2 / sum(1 - var u / s^2) [MacKay 1992, evidence iteration]. If friction does not drift, s
+//! becomes zero, so the unknowns u_ej add no uncertainty. Gauss-Newton linearises the product u f. The first weights follow
+//! from the noise of torque and position, measured from the scatter between periods. Later weights follow from the residual of
+//! each joint.
 //!
 //! A motion that does not exactly repeat (a controller with chatter) ends with another position and velocity than at its start.
 //! Each of these two differences adds a column of known shape to the rows of each joint. Both unknowns are nuisance parameters.
@@ -55,7 +56,7 @@ pub struct HarmonicEstimate {
     pub drift_spread: f64,
     /// The estimated effects other than friction, which are the last unknowns.
     pub effects: Vec<EffectSize>,
-    /// The misfit, computed with the measured noise. It does not depend on the weights.
+    /// The misfit, computed with the measured noise. The misfit does not depend on the weights of the fit.
     pub misfit: Misfit,
     /// The effect that the model most likely lacks. `None` if the model lacks no effect, or if no single effect explains the
     /// misfit.
@@ -82,7 +83,8 @@ impl HarmonicEstimate {
     /// Standard deviation of parameter or friction coefficient i due to effects that the model lacks; zero if the model lacks
     /// no effect.
     ///
-    /// It combines the standard deviation with experiments as clusters and the change by a named cause.
+    /// The value is the root of the sum of two squares: the standard deviation with experiments as clusters, and the change of
+    /// the parameter when the named cause is added to the model.
     pub fn lacked(&self, i: usize) -> f64 {
         let by_experiment = self.misfit.by_experiment.get(i).copied().unwrap_or(0.0);
         by_experiment.hypot(self.cause.as_ref().and_then(|cause| cause.shift.get(i).copied()).unwrap_or(0.0))
@@ -105,8 +107,8 @@ impl<'a> HarmonicData<'a> {
         let spectra = experiments.iter().zip(&motions).enumerate().flat_map(of).collect();
         let one = vec![1.0; gain.len()];
         let sweeps = || experiments.iter().filter(|e| e.period().is_none());
-        // A gravity row is linear in the torque. If the positions replace the torques, the right-hand side of the row is the
-        // column of a spring of 1 N m/rad.
+        // A gravity row is linear in the torque. A spring of 1 N m/rad has the torque q. So if the positions replace the
+        // torques, the right-hand side of the row is the column of this spring.
         let springs = |e: &SpectralExperiment| SpectralExperiment { current: e.q.clone(), ..e.clone() };
         let rows = |e: &SpectralExperiment| paper_rows(e, regressor, &one, &noise.current);
         HarmonicData {
@@ -145,8 +147,8 @@ impl<'a> HarmonicData<'a> {
         Some(found)
     }
 
-    /// Searches for the effect that the model lacks if the residual exceeds the noise. A named cause explains at least half of
-    /// the excess.
+    /// Searches for the effect that the model lacks if the residual exceeds the noise. A cause is named only if it explains at
+    /// least half of the misfit.
     pub(crate) fn explain(&self, found: &mut HarmonicEstimate, fit: &IterationState, options: &HarmonicOptions) {
         if found.misfit.is_beyond_noise() {
             found.cause = self.cause(fit, &found.misfit, options);

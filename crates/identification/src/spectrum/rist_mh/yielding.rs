@@ -7,9 +7,10 @@
 //! size; s: a small step. An elastic joint has two e_k: the torque of the joint and, for the damping, the rate of this torque.
 //! The fit is repeated until u' equals u (`search`).
 //!
-//! tau_k is the torque after the friction of the motor. If the joint moves, it is the torque of the drive minus the friction of
-//! the fit. If the joint is locked, its friction is unknown, and tau_k is Y_k(q) X. The spring here transmits the whole torque of
-//! the model. So an estimated rotor inertia is on the link side of the spring, unlike in the robot.
+//! tau_k is the torque after the friction of the motor. If the joint moves, tau_k is the torque of the drive minus the friction
+//! of the fit. If the joint is locked, its friction is unknown, and tau_k is Y_k(q) X. In this model the spring transmits the
+//! whole torque of the joint. So an estimated rotor inertia is on the link side of the spring, whereas in the robot it is on
+//! the motor side.
 
 use experiments::plan::measured_motion::MeasuredMotion;
 use numerics::fourier::harmonic_derivatives;
@@ -90,8 +91,8 @@ impl HarmonicData<'_> {
         let total: Vec<f64> = (0..self.p).map(|c| fit.x[c] + first.load.get(c).copied().unwrap_or(0.0)).collect();
         let (h, highest) = (first.sample_time, first.kept);
         let yields = self.yields(experiment, motor, &total, fit, (h, highest));
-        // The motion of the links is q = theta - u e. theta: motion of the motors, u: size of a spring or gap, e: deflection per
-        // unit of u.
+        // The motion of the links is q = theta - u e. theta: motion of the motors, u: size of an effect (spring, gap or
+        // eccentric encoder), e: deflection of the joint per unit of u.
         let moved = |by: &dyn Fn(usize) -> f64, from: &MeasuredMotion| {
             let mut q = from.q.clone();
             for (column, joint, e) in &yields {

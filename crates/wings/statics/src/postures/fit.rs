@@ -1,4 +1,5 @@
-//! Weighted least squares: the weight of each joint follows from the residual of its torques.
+//! Weighted least squares for postures of a robot at rest: each joint has one row per posture, and the weight of the joint
+//! follows from the residual of its torques. The result has the values of the unknowns with their standard deviations.
 
 use nalgebra::{DMatrix, DVector};
 use numerics::least_squares::solve_within;
@@ -6,7 +7,7 @@ use numerics::triangle::TriangleBuilder;
 
 use rist::Error;
 
-/// A value with its standard deviation. `None` if the postures do not determine it.
+/// A value with its standard deviation. `None` if the postures do not determine the value.
 pub type ValueWithSigma = Option<(f64, f64)>;
 /// Number of weighted fits. The weights of each fit are computed from the residuals of the previous fit.
 const REWEIGHTING_ROUNDS: usize = 5;

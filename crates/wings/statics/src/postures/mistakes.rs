@@ -23,15 +23,15 @@ use nalgebra::{DVector, Vector3};
 use crate::postures::turned_joint::turned_joint;
 
 /// A mistake explains the postures if the squared residual after its correction is below this fraction of the squared residual
-/// before.
+/// before the correction.
 const EXPLAINED_RATIO: f64 = 0.16;
 /// A mistake does not explain the postures if the residual after its correction exceeds this fraction of the torque.
 pub(super) const EXPLAINED: f64 = 0.25;
 /// A mistake explains the postures equally well as the best mistake if its squared relative residual is larger by less than
 /// this value. Errors of the nominal bodies cause differences of this size.
 const EQUAL_RESIDUAL: f64 = 0.002;
-/// A mistake is necessary if bodies with free parameters do not explain the table equally well without it. This is so if, for
-/// at least one joint, correcting the mistake reduces the squared residual of their fit below this fraction.
+/// A mistake is necessary if bodies with free parameters do not explain the table equally well without it. For at least one
+/// joint, the correction of the mistake must reduce the squared residual of the fit of such bodies to less than this fraction.
 const NEEDED_RATIO: f64 = 0.64;
 /// The limit `NEEDED_RATIO` for two other cases: for a wrong scale, because a scale also reduces the residual of any other fault;
 /// and for the nominal bodies with a large zero error.
@@ -40,7 +40,7 @@ const NEEDED_SCALE_RATIO: f64 = 0.25;
 /// to at most this value. The torques of other joints are mostly noise.
 const COUNTED_RESIDUAL: f64 = 0.2;
 /// Two possible mistakes are distinguishable in fits of bodies with free parameters if the ratio of their squared residuals
-/// (product over the joints) is below this.
+/// (product over the joints) is below this value.
 const DISTINGUISHED_BY_FREE: f64 = 0.01;
 /// A zero error above this value (rad) cannot be caused by errors of the centres of mass.
 const FAR_ZERO_RAD: f64 = 0.7;
@@ -66,8 +66,8 @@ pub struct Mistake {
 /// A function for the torques of the nominal bodies, N m (N) for each joint. Arguments: position, and gravity in the base frame.
 pub(super) type Described<'a> = &'a dyn Fn(&[f64], &Vector3<f64>) -> Vec<f64>;
 
-/// A function that fits bodies with free parameters to torques at positions. It returns the squared relative residual of each
-/// joint.
+/// A function that fits bodies with free parameters to torques at positions. The function returns the squared relative residual
+/// of each joint.
 pub(super) type Free<'a> = &'a dyn Fn(&[Vec<f64>], &[DVector<f64>]) -> Vec<f64>;
 
 /// The postures, and the models with which they are compared.
@@ -153,12 +153,13 @@ impl MistakeSearch<'_> {
         of_mount.or_else(said).unwrap_or_else(|| "[base=3.14159,0,0]".into())
     }
 
-    /// Whether the mistake is necessary. It is not if bodies with free parameters explain the postures equally well without it.
+    /// Whether the mistake is necessary. A mistake is not necessary if bodies with free parameters explain the postures equally
+    /// well without it.
     ///
-    /// Some mistakes need other tests, because free bodies can explain them with unrealistic parameters: if all torques change in
-    /// the same way, by negative or very large masses; if a joint or the base is rotated by a large angle, by unrealistic centres
-    /// of mass. If only the wrist is loaded, a centimetre of its centre of mass is equivalent to a rotation. So a large zero
-    /// error must reduce the residuals of other joints too.
+    /// Some mistakes need other tests, because free bodies can explain them with unrealistic parameters. Negative or very large
+    /// masses explain a change of all torques in the same way. Unrealistic centres of mass explain a joint or a base that is
+    /// rotated by a large angle. If only the wrist is loaded, a centimetre of its centre of mass is equivalent to a rotation.
+    /// So a large zero error must reduce the residuals of other joints too.
     fn is_needed(&self, one: &MistakeCandidate, as_it_is: &MistakeCandidate, counted: &[usize]) -> bool {
         let mended = counted.iter().filter(|&&j| one.shares[j] < NEEDED_SCALE_RATIO * as_it_is.shares[j]).count();
         match one.changes[..] {
@@ -197,8 +198,8 @@ impl MistakeSearch<'_> {
         (as_it_is, tried.into_iter().map(|(_, one, shares)| (one, shares)).collect())
     }
 
-    /// If the torques have another unit than the nominal torques: the changes that correct this, and the ratio of the units.
-    /// Otherwise `None`.
+    /// If the torques have another unit than the nominal torques: the changes that correct the unit, and the ratio of the
+    /// units. Otherwise `None`.
     fn unit(&self) -> Option<(Vec<Change>, f64)> {
         let scale = self.common_scale();
         let power = 10f64.powf(scale.log10().round());
@@ -233,8 +234,8 @@ impl MistakeSearch<'_> {
         );
         push(vec![change(Degrees, 0.0)], Degrees.statement("", &["the positions of joints that turn are"]));
         self.of_joints(unit.map_or(1.0, |unit| unit.1), &mut push);
-        // The unit of a joint's torque is visible only if gravity loads the joint enough. If this is only one joint, the error
-        // may also be the scale of this joint alone.
+        // The unit of a joint's torque is visible only if gravity loads the joint enough. If gravity loads only one joint
+        // enough, the error may also be the scale of this joint alone.
         let counted: Vec<usize> = (0..n).filter(|k| self.slope(*k) > 0.0).collect();
         if let ([k], Some(_)) = (&counted[..], unit) {
             let size = self.slope(*k) - 1.0;
@@ -366,8 +367,8 @@ fn is_scale(changes: &[Change]) -> bool {
     matches!(changes, [Change { of: Scale(_), .. }])
 }
 
-/// The ratio of the residual with the changes to the residual without them, for the joints for which this ratio is finite and
-/// positive.
+/// For each joint, the ratio of the residual with the changes to the residual without the changes. Joints whose ratio is not
+/// finite and positive are left out.
 fn ratios(with: &[f64], without: &[f64]) -> Vec<f64> {
     with.iter().zip(without).map(|(a, b)| a / b).filter(|x| x.is_finite() && *x > 0.0).collect()
 }
@@ -378,8 +379,8 @@ fn is_of_all(one: &MistakeCandidate, counted: &[usize]) -> bool {
     one.changes.is_empty() || counted.iter().all(|&j| one.changes.iter().any(|change| of(change, j)))
 }
 
-/// The median of the squared relative residuals over the joints. It is used for a mistake of all joints, so that one joint with
-/// wrong nominal bodies does not determine the result.
+/// The median of the squared relative residuals over the joints. This median is used for a mistake of all joints, so that one
+/// joint with wrong nominal bodies does not determine the result.
 fn median(one: &MistakeCandidate, counted: &[usize]) -> f64 {
     let mut shares: Vec<f64> = counted.iter().map(|&j| one.shares[j]).collect();
     shares.sort_by(f64::total_cmp);

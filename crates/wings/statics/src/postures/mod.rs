@@ -118,7 +118,8 @@ pub struct PostureEstimate {
     pub described: Option<Vec<f64>>,
     /// Names of the joints.
     pub coordinates: Vec<String>,
-    /// For each joint, whether it is prismatic. Its torque is then a force (N) and its zero error a length (m).
+    /// For each joint, whether it is prismatic. The torque of a prismatic joint is a force (N), and its zero error is a length
+    /// (m).
     pub slides: Vec<bool>,
     /// Offset of each joint's torque, with its standard deviation, N m (N).
     pub offsets: Vec<ValueWithSigma>,

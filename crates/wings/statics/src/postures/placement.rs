@@ -26,8 +26,8 @@ use rist::fit::mount::{Tilt, axes};
 const SMALL_TORQUE: f64 = 1e-3;
 /// Largest number of postures that are used in the search for mistakes.
 const MAX_SEARCHED_POSTURES: usize = 400;
-/// A zero error above this value (rad or m) is too large to be noise. No such error may remain after zero errors were
-/// corrected.
+/// A zero error above this value (rad or m) is too large to be noise. After zero errors were corrected, no zero error above
+/// this value may remain.
 const FAR_ZERO: f64 = 0.1;
 /// Largest number of steps in the search for zero errors and base orientation.
 const MAX_STEPS: usize = 50;
@@ -187,7 +187,8 @@ struct PlacementSearch<'a> {
 }
 
 impl PlacementSearch<'_> {
-    /// Searches zero errors and gravity by steps that reduce the residual. `described`: nominal gravity, where the search starts.
+    /// Searches zero errors and gravity with the smallest residual, by Gauss-Newton steps that reduce the residual.
+    /// `described`: nominal gravity, where the search starts.
     fn found(&self, described: Vector3<f64>) -> Result<SearchEnd, Error> {
         let n = self.torques.len();
         let (mut zeros, mut gravity) = (vec![0.0; n], described);
@@ -195,8 +196,8 @@ impl PlacementSearch<'_> {
         let before = self.residual_squares(&left_as_described);
         let idle = idle(&as_described, n);
         let mut left = before;
-        // A robot on a ceiling has the same torques as a robot whose shoulder zero is wrong by half a turn. So a change of the
-        // base orientation alone is tried first.
+        // A robot on a ceiling has the same torques as a robot whose shoulder zero is wrong by half a turn. Of these two
+        // explanations, a change of the base orientation alone is tried first.
         let by_mount = self.gravity_alone()? * described.norm();
         let left_by_mount = self.residual_squares(&self.residuals(&zeros, &by_mount, usize::MAX));
         if left_by_mount < before {

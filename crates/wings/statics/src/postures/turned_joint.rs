@@ -1,4 +1,5 @@
-//! Finds the zero error of a joint that minimises a residual: grid search, then golden section search.
+//! Finds the zero error of a joint (offset of its position, rad) that minimises a residual: grid search over a full turn, then
+//! golden section search.
 
 use std::f64::consts::TAU;
 
