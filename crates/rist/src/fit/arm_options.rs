@@ -93,9 +93,10 @@ impl SamplesRequest {
 }
 
 impl DoctorRequest {
-    /// The request with the options and gains of the arm that it names, as [`SamplesRequest::with_arm`].
+    /// The request, completed by the options and gains of the arm that the request names. Results and arguments are those of
+    /// [`SamplesRequest::with_arm`].
     ///
-    /// Fails in the same way.
+    /// Fails if the arm is not known, or does not fit the robot or the log.
     pub fn with_arm(mut self, robot: &Robot, log: Option<&Path>) -> Result<(DoctorRequest, String), Error> {
         let Some(arm) = self.arm.take() else { return Ok((self, String::new())) };
         let mut options = self.options.take().unwrap_or_default();

@@ -37,8 +37,8 @@ impl Contacts {
     ///
     /// Fails if a log cannot be read.
     pub(crate) fn of_logs(model: &Model, logs: &[LogSource], options: &Options) -> Result<Contacts, Error> {
-        // Robust weights would need the single rows. Here only triangles of the joints are available, so weights by joint are
-        // used instead.
+        // Robust weights would need the single rows. Here only one triangle per joint is available (R of the QR decomposition
+        // of its regression rows), so weights by joint are used instead.
         let weights = if options.weights.losses().is_empty() { options.weights } else { Weights::Joint };
         Contacts::find(model, logs, options, MOST_ROUNDS, &|joints| fit(joints, weights).0.x)
     }

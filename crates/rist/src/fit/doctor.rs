@@ -115,8 +115,8 @@ fn say_remedies(log_check: &mut LogCheck, logs: &[LogSource], options: &Options,
 /// The remedy if no option can undo a finding.
 const BY_HAND: &str = "write the log anew, with its columns in the order, sign and unit of the joints";
 
-/// Checks logs by their records. `records`: made from the logs with `options`. `gains`: the drive gains by which currents
-/// became torques, if they are known.
+/// Checks logs by their records (the samples of the logs, prepared for a fit). `records`: made from the logs with `options`.
+/// `gains`: the drive gains by which currents became torques, if they are known.
 pub fn log_check_of<R: Records + ?Sized>(
     model: &Model,
     logs: &[LogSource],

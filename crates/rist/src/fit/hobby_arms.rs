@@ -145,8 +145,9 @@ pub fn proposed_arm(robot: &Robot) -> Option<String> {
     ))
 }
 
-/// The names of the arms that a robot may be: those whose name is in the name of the robot. If there are none, those whose joints
-/// have the names of all coordinates, at least four. A numbered joint names no arm.
+/// The names of the known arms that the robot may be. An arm is chosen if the name of the robot contains the name of the arm.
+/// If no arm is chosen so, an arm is chosen if the robot has at least four coordinates, and if the name of each coordinate
+/// contains the name of a joint of the arm. Joint names that end with a number are not compared, since many robots have them.
 fn arms_like(robot: &Robot) -> Vec<String> {
     let Ok(data) = linear_model::yaml::read::<HobbyArms>(include_str!("hobby_arms.yaml")) else { return Vec::new() };
     let letters =

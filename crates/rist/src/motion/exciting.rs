@@ -64,7 +64,8 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let steps = KeptRoom::steps(request);
     let mut floor_is_tried = true;
     for (i, kept) in steps.iter().enumerate() {
-        // A step without floor is skipped if the step with floor and the same distance has shown that no floor applies.
+        // A step is one set of distances to keep. A step without an assumed floor is skipped if an earlier step with the same
+        // distance has shown that no floor applies, because both steps are then the same search.
         let is_last = i + 1 == steps.len();
         if !floor_is_tried && !kept.assumes_floor && !is_last && steps[..i].iter().any(|s| s.spacing == kept.spacing) {
             continue;

@@ -30,15 +30,15 @@ const EXPONENTS: [f64; 5] = [2.0, 1.75, 1.5, 1.25, 1.0];
 /// With fewer peaks than this, the tail of a normal process is assumed.
 const LEAST_PEAKS: usize = 5;
 
-/// The logs should have no contact. But a peak counts as a contact if noise would give fewer peaks than this above it. The
-/// expected number of peaks follows from the median of all peaks, with b = 1.
+/// The logs should have no contact. But a peak counts as a contact if the expected number of noise peaks above this peak is
+/// smaller than this value. The expected number follows from the median of all peaks, with b = 1.
 const LEAST_EXPECTED_PEAKS: f64 = 1e-3;
 
 /// Smallest assumed mean of z - u, in standard deviations. A normal process has this mean at the level u = 2.
 const LEAST_MEAN_EXCESS: f64 = 0.4;
 
-/// Number of times in an hour that noise alone may make a joint significant. Then it does so in one of a hundred contacts of
-/// 0.3 s.
+/// Number of times in an hour that noise alone may make the torque of a joint significant. With this number, noise makes a
+/// joint significant in one of a hundred contacts of 0.3 s (3600 s / 120 = 30 s).
 const SIGNIFICANT_PER_HOUR: f64 = 120.0;
 
 /// Seconds in an hour.

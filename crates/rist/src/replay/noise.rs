@@ -211,7 +211,8 @@ impl BatchMeans {
         (self.time, self.count) = (0.0, 0);
     }
 
-    /// The time t_1 with variance of a mean = variance of the values t_1 / (length of the batch), s. Zero without a batch.
+    /// The correlation time t_1, s. It follows from: variance of the mean of a batch = (variance of the values) t_1 / (length
+    /// of the batch). Zero without a batch.
     fn correlation_time(&self) -> f64 {
         let mean = |(sum, count): (f64, usize)| if count > 0 { sum / count as f64 } else { 0.0 };
         let whole = mean(self.squares);

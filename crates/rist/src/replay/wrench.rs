@@ -96,7 +96,8 @@ mod tests {
                 squares += ((found.components[c].unwrap() - truth[c]) / found.sigma[c]).powi(2);
             }
         }
-        // 1200 squares of unit normal numbers: the mean has a standard deviation of .041, and six of a draw depend on each other.
+        // The mean of 1200 squares of independent standard normal numbers has a standard deviation of 0.041. Here, the six
+        // numbers of one wrench are correlated, so the tolerance is larger.
         assert!((squares / 1200.0 - 1.0).abs() < 0.25, "{squares}");
         let three: Vec<f64> = (0..18).map(|_| random.normal()).collect();
         let found = ContactWrench::new(&three, &[1.0, 2.0, 3.0], &[0.1; 3]);

@@ -1,5 +1,6 @@
-//! Restricts the parameters to physically possible bodies if the logs are poor. Otherwise least squares would fit weakly
-//! identified parameters to the noise and predict other motions badly.
+//! Restricts the parameters to those of physically possible bodies (mass, centre of mass and inertia that a real body can have)
+//! if the logs are poor. Otherwise least squares would fit weakly identified parameters to the noise and predict other motions
+//! badly.
 //!
 //! A log is poor in two cases. In the first case, the error of least squares on held-out data is much larger than on the fitted
 //! data. In the second case, the error on held-out data is about as large as the error of the description, because noise
