@@ -34,7 +34,8 @@ impl BlockPart<'_> {
         }
     }
 
-    /// A log with time and positions of all samples. It also has the other series unless the rows are one compressed block.
+    /// A log with time and positions of all samples. If the rows are one compressed block, the log has no other series (to save
+    /// time); otherwise it has all series.
     pub(crate) fn positions(&self) -> Log {
         match self {
             BlockPart::Held([part]) => part.positions(),

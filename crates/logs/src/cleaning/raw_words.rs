@@ -1,8 +1,8 @@
 //! Finds signals of register words that were read without their sign: two's complement, or a sign bit.
 //!
-//! A servo stores -3 as 65533 (two's complement in 16 bits), or as 1027 (the bit of 1024 is the sign). If it is read as an
-//! unsigned number, the signal is never negative, and jumps by nearly the whole range of the word at each change of sign. The
-//! signal does not jump after its sign is corrected.
+//! A servo stores -3 as 65533 (two's complement in 16 bits), or as 1027 (the bit of 1024 is the sign). If such a word is read
+//! as an unsigned number, the signal is never negative, and it jumps by nearly the whole range of the word at each change of
+//! sign. The signal does not jump after its sign is corrected.
 
 use std::fmt;
 

@@ -53,7 +53,8 @@ impl RestTimes {
         self.total > 0.0 && self.before >= duration
     }
 
-    /// Adds the rest of the next block of the same file. The block starts `step` s after the end of this one. Durations in s.
+    /// Adds the times at rest in the next block of the same file. The block starts `step` s after the end of this one.
+    /// Durations in s.
     pub(crate) fn append(&mut self, duration: f64, next: &RestTimes, next_duration: f64, step: f64) {
         // If the joints are at rest at the end of one block and at the start of the next, they are at rest between the blocks.
         let seam = if self.after > 0.0 && next.before > 0.0 { step } else { 0.0 };

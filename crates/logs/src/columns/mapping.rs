@@ -1,6 +1,6 @@
 //! Maps the columns of a table to quantities, joints and units.
 //!
-//! Columns are found by the meaning of their headers (`header`), or the user names them. If two columns match one quantity of
+//! Columns are found by the meaning of their headers (`words`), or the user names them. If two columns match one quantity of
 //! one joint, the table is refused. The mapping can be printed.
 
 use std::fmt;

@@ -202,13 +202,15 @@ impl Chain {
         self.elements.push(Element { motion, constant, error, terms });
     }
 
-    /// The terms of the joint of a link, with indices of [`Chain::coordinates`].
+    /// The terms of the joint variable of a link: for each coordinate that moves the joint, its index in [`Chain::coordinates`]
+    /// and its factor.
     fn terms(&self, robot: &Robot, j: LinkId) -> Vec<(usize, f64)> {
         let place = |k: &CoordinateId| self.coordinates.binary_search(&k.0).unwrap_or(0);
         robot.link(j).joint.variable.terms.iter().map(|(k, c)| (place(k), *c)).collect()
     }
 
-    /// Rz(gamma) Tz(b) Ry(beta) Rx(alpha) Tx(d) Rz(theta) Tz(r): the letters of Khalil and Kleinfinger, and beta of Hayati.
+    /// Adds Rz(gamma) Tz(b) Ry(beta) Rx(alpha) Tx(d) Rz(theta) Tz(r): the geometric parameters of Khalil and Kleinfinger, and
+    /// the angle beta of Hayati, which describes the error between nearly parallel axes.
     fn add_letters(&mut self, robot: &Robot, j: LinkId) {
         let (link, terms) = (robot.link(j), self.terms(robot, j));
         let dh = &link.geometry;
@@ -230,7 +232,8 @@ impl Chain {
         }
     }
 
-    /// The frame of a joint in the description: Tx Ty Tz, its rotation, three small turns, then the motion of the joint.
+    /// Adds the frame of a joint in the description: the translations Tx Ty Tz, the rotation of the frame, small turns about x,
+    /// y and z (the errors), then the motion of the joint.
     fn add_frame(&mut self, robot: &Robot, j: LinkId) {
         let (link, terms) = (robot.link(j), self.terms(robot, j));
         let before = link.antecedent.map_or(Placed::identity(), |i| Placed::of(&robot.link(i).file_frame));
@@ -270,8 +273,9 @@ impl Chain {
         }
     }
 
-    /// The pose of the last link (for [`Convention::Frames`]: of its joint frame) in the base frame. `q`: coordinates of the
-    /// chain in the table, rad (m); `torque`: holding torques, N m (N); `values`: one per parameter.
+    /// The pose of the last link in the base frame; for
+    /// [`Convention::Frames`], the pose of the joint frame of the last link. `q`: coordinates of the chain in the table, rad
+    /// (m); `torque`: holding torques, N m (N); `values`: one per parameter.
     pub fn pose(&self, q: &[f64], torque: &[f64], values: &[f64]) -> Placed {
         self.walked(q, torque, values, |_, _| {})
     }
@@ -322,8 +326,8 @@ impl Chain {
         pose
     }
 
-    /// The pose of each link of the chain in the frame of its antecedent at q = 0, with these errors: of link frames for
-    /// [`Convention::Dh`], of joint frames for [`Convention::Frames`].
+    /// The pose of each link of the chain relative to its antecedent (the link before it) at q = 0, with the errors
+    /// `values`. The poses are those of link frames for [`Convention::Dh`], and of joint frames for [`Convention::Frames`].
     pub fn placements(&self, values: &[f64]) -> Vec<Placed> {
         let each = self.elements.len() / self.links.len().max(1);
         let at_zero = |elements: &[Element]| {

@@ -47,7 +47,8 @@ pub struct TableCorrections {
     pub other_angles: bool,
     /// Whether the order of a quaternion is w, x, y, z.
     pub scalar_first: bool,
-    /// Whether the poses are poses of the base in the frame of the tool: those of a tag that a camera on the hand sees.
+    /// Whether the measured poses are inverted: poses of the base in the frame of the tool. This is the case if a camera on the
+    /// hand measures a fixed tag.
     pub inverted_poses: bool,
     /// Joints whose positions have the wrong sign.
     pub reversed: Vec<String>,

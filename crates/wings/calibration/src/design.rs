@@ -38,13 +38,14 @@ use crate::request::{CalibrateRequest, Calibrated, Measured};
 pub const DESIGN_NOISE: f64 = 1e-4;
 /// Numbers of postures of the curve.
 const SIZES: [usize; 4] = [10, 20, 50, 100];
-/// Postures from which the design is chosen; postures at which positions are predicted; postures at random for comparison.
+/// Three numbers of random postures. `CANDIDATES`: the design is chosen from these. `ELSEWHERE`: the accuracy of predicted
+/// positions is computed at these. `AT_RANDOM`: the design is compared with these.
 const CANDIDATES: usize = 300;
 const ELSEWHERE: usize = 100;
 const AT_RANDOM: usize = 100;
 /// Largest number of random postures that are tested for contact.
 const TRIED: usize = 4000;
-/// Random poses that decide which links always touch.
+/// Number of random poses that decide which pairs of links always touch (such pairs are not tested for contact).
 const SAMPLED: usize = 300;
 /// Largest number of passes over the chosen postures, and the least gain of an exchange.
 const PASSES: usize = 5;
@@ -179,12 +180,13 @@ fn free_postures(
     Ok((free, notes))
 }
 
-/// Postures from which designs are chosen: candidates, then those at random, then those at which positions are predicted.
+/// All random postures, in this order: `CANDIDATES` postures from which designs are chosen, `AT_RANDOM` postures with which
+/// designs are compared, and `ELSEWHERE` postures at which positions are predicted.
 struct Pool {
     postures: Vec<Posture>,
-    /// Of each posture, the Jacobian of its measurements divided by their noise.
+    /// For each posture, the Jacobian of its measurements, divided by their noise.
     blocks: Vec<DMatrix<f64>>,
-    /// Of each posture, the Jacobian of the measured position, m.
+    /// For each posture, the Jacobian of the measured position, m.
     positions: Vec<DMatrix<f64>>,
     first: DMatrix<f64>,
 }
@@ -329,7 +331,8 @@ mod tests {
         rist::parse_robot(text, Path::new("arm.yaml"), &rist::ModelOptions::default()).unwrap()
     }
 
-    /// Designed postures determine more than as many at random, within the limits, and their file has the columns of the joints.
+    /// Designed postures are within the limits, and determine the parameters better than the same number of random postures.
+    /// The file of the design has the columns of the joints.
     #[test]
     fn designed_postures_tell_more() {
         let robot = arm(&ARM.replace("theta: q3", "theta: q3, limits: {position: [-1, 0.5]}"));
@@ -339,7 +342,8 @@ mod tests {
             let pair = found.curve.iter().find(|p| p[0].as_ref().is_some_and(|d| d.count == count)).unwrap();
             pair[which].clone().unwrap()
         };
-        // As many at random have at least 1.2 times the largest sigma of the design (1.4 here), and less information.
+        // The same number of random postures gives a largest sigma of at least 1.2 times that of the design (1.4 times here),
+        // and less information.
         for count in [10, 20] {
             let (designed, random) = (of(count, 0), of(count, 1));
             assert!(1.2 * designed.largest_sigma < random.largest_sigma && designed.ln_det > random.ln_det, "{found}");

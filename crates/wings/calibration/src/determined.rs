@@ -94,8 +94,9 @@ impl Determination<'_> {
         }
     }
 
-    /// The fitted parameters of the robot whose interval is too wide: place in the fit, motion of the robot by half of the
-    /// interval, rad (m). `covariance`: of the fitted parameters.
+    /// The fitted parameters of the robot whose intervals are too wide. For each: its index in the fit, and by how much a
+    /// change of the parameter by half of its interval moves the robot, rad (m). `covariance`: covariance of the fitted
+    /// parameters.
     fn wide(&self, covariance: &DMatrix<f64>) -> Vec<(usize, f64)> {
         let spread = spread(self.problem);
         let of = |(place, k): (usize, &usize)| {
@@ -107,7 +108,7 @@ impl Determination<'_> {
         self.level.fit.active.iter().enumerate().filter_map(of).collect()
     }
 
-    /// The errors of the geometry that the prior decides more than the data: places in the fit.
+    /// The errors of the geometry that the prior determines more than the data do, as indices in the fit.
     fn held(&self, covariance: &DMatrix<f64>) -> Vec<usize> {
         let Some(deviation) = self.level.deviation else { return Vec::new() };
         let prior = |k: usize| {

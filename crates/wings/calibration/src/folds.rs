@@ -227,7 +227,8 @@ mod tests {
     use crate::calibrate::calibrate_table;
     use crate::request::{CalibrateRequest, Calibrated};
 
-    /// With folds of neighbouring postures, the zeros of the UR10 are predicted like by the baseline: 12.1 mm and 10.8 mrad.
+    /// The baseline (an independent program) predicts the UR10 with fitted zeros to 12.1 mm and 10.8 mrad. The folds of the
+    /// baseline consist of neighbouring postures; with such folds, this program has the same error.
     #[test]
     fn folds_explain_the_difference_to_the_baseline() {
         let folder = Path::new("/work/shared/data/calibration/ur10_camera");
@@ -238,7 +239,7 @@ mod tests {
         let robot = rist::read_robot(&folder.join("ur10.urdf"), &rist::ModelOptions::default()).unwrap();
         let mut table = Table::read(&folder.join("poses.csv")).unwrap();
         let count = table.rows();
-        // Every fifth row is a fold: so neighbours are put five rows apart.
+        // The program takes every fifth row as a fold. So neighbouring postures are put five rows apart, to be in one fold.
         let mut groups: Vec<Vec<usize>> = (0..5).map(|f| (0..count).filter(|k| k * 5 / count == f).collect()).collect();
         let order: Vec<usize> = (0..5 * count).filter_map(|place| groups[place % 5].pop()).collect();
         for column in &mut table.columns {

@@ -196,7 +196,8 @@ mod tests {
         found.verdict.claims.iter().find(|c| *c.subject() == Subject::of(GEAR, ["q3"]))
     }
 
-    /// A right scale agrees, and an error of the printed size shows. Fitted, the claim is gone and the scale is found.
+    /// A correct scale gives the claim "agrees", with the smallest error that would have been detected; an error of this size
+    /// is detected. If a wrong scale is fitted, the claim is gone and the scale is found.
     #[test]
     fn a_wrong_scale_is_named_with_its_cure() {
         let right = found(0.0, Calibrated::Geometry, &[]);

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// A letter of the geometry of a link: those of Khalil and Kleinfinger, and beta of Hayati.
+/// A geometric parameter of a link, named by its letter: the six parameters of Khalil and Kleinfinger, and beta of Hayati.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Letter {
     /// Angle about the z axis of the antecedent, rad.

@@ -145,7 +145,8 @@ impl fmt::Display for Calibration {
     }
 }
 
-/// The base geometric parameters of a robot as text: those that full poses determine, and the rules of the others.
+/// The base geometric parameters of a robot as text: the parameters that measurements of full poses determine, and for each
+/// other parameter the rule by which it is contained in them.
 ///
 /// Fails if the chain is unknown, or if a loop moves it.
 pub fn inspected(robot: &Robot, request: &CalibrateRequest) -> Result<(String, Value), Error> {

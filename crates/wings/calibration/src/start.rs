@@ -234,7 +234,9 @@ fn with_base(problem: &Problem, links: &[Placed], at: Unknowns, base: Matrix3<f6
     next
 }
 
-/// Starts for distances: fixed points around the robot. For a sphere also the point that the tool stays nearest to.
+/// Starting values if distances are measured: random positions of the fixed point around the robot. For a sphere, the first
+/// starting value is the point from which the tool has the most constant position (least squares); the sphere differs from it
+/// by its radius.
 fn around(problem: &Problem, links: &[Placed], at: &Unknowns) -> Vec<Unknowns> {
     let places: Vec<Vector3<f64>> = links.iter().map(|link| link.position).collect();
     let centre: Vector3<f64> = places.iter().sum::<Vector3<f64>>() / places.len().max(1) as f64;

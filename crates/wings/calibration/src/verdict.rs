@@ -280,8 +280,9 @@ mod tests {
         calibrated(robot, &problem, TableCorrections::default(), Calibrated::Geometry)
     }
 
-    /// The error on postures left out is printed before and after, and is not the error that would have shown. With noise of 1 % of
-    /// the spread nothing agrees, and with 10 % it is a fault.
+    /// The error on postures left out is printed for the description alone and for the calibrated robot. The claim "agrees"
+    /// states another number: the smallest error that would have been detected. With noise of 1 % of the spread, the verdict is
+    /// "with care", and with 10 % it is "no".
     #[test]
     fn the_error_on_postures_left_out_is_what_was_measured() {
         let good = found(&arm(), 1e-4);
@@ -293,7 +294,8 @@ mod tests {
             if let Some(Outcome::Agrees { smallest }) = of { smallest.value } else { panic!("{good}") }
         };
         let spread = 1e3 * spread(&good.problem);
-        // 1 % of the spread, and of 1 rad, with the room of a root mean square of 60 errors.
+        // The smallest error is 1 % of the spread or of 1 rad, plus an allowance for the random error of a root mean square of
+        // 60 errors.
         assert!((0.01..0.013).contains(&(smallest(LENGTHS) / spread)) && (10.0..13.0).contains(&smallest(ANGLES)));
         for (noise, trust) in [(1e-4, Trust::Yes), (1e-2, Trust::WithCare), (0.1, Trust::No)] {
             let found = found(&arm(), noise);
@@ -303,7 +305,7 @@ mod tests {
         }
     }
 
-    /// Geometry predicts as well as zeros, where its errors are too small to be seen and where there are none: that is no fault.
+    /// A fit of the geometry that predicts as well as the fit of the zeros is no fault.
     #[test]
     fn a_fit_that_predicts_as_well_is_no_fault() {
         let poor = found(&arm(), 1e-2);
@@ -311,7 +313,8 @@ mod tests {
         assert!(!found(&arm(), 1e-4).to_string().contains("predicts worse than"));
     }
 
-    /// Few postures with noise, and zeros that are right: fitted zeros predict worse, and the advice is followed by more postures.
+    /// The zeros of the description are correct. With few noisy postures, fitted zeros predict worse than fitted frames alone,
+    /// and the program says so. With many postures, it does not.
     #[test]
     fn a_fit_that_predicts_worse_is_named() {
         let of = |count: usize, seed: u64| {
@@ -328,8 +331,8 @@ mod tests {
         assert!(!many.to_string().contains("predicts worse"), "{many}");
     }
 
-    /// A parallelogram moves joint 3 of the SR400: the chain has the poses of the robot, its lengths are assumed, and no yes follows.
-    /// Joints that follow from a loop by numbers are refused.
+    /// A parallelogram moves joint 3 of the SR400. The chain has the same poses as the robot, and a claim says that the lengths
+    /// of the parallelogram are assumed. A robot whose joints follow from numerically solved loops is refused.
     #[test]
     fn loops_are_assumed_or_refused() {
         let robot = of_workspace("models/sr400.par");

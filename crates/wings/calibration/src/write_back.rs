@@ -16,9 +16,10 @@ use crate::parameter::{Letter, Parameter, ParameterGroup};
 const WRITTEN: f64 = 1e-9;
 /// Number of random postures at which both poses are compared.
 const COMPARED: usize = 5;
-/// Links of a UR by their keys in the file of its kinematics.
+/// The links of a UR, named by their keys in the file of kinematics.
 const UR_LINKS: [&str; 6] = ["shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"];
-/// The checksum in the file of the kinematics of a UR. The driver compares it with the robot's own, from which this file differs.
+/// The checksum in a file of kinematics for a UR. The driver compares it with the checksum of the robot's controller. This text
+/// equals no such checksum, because the calibrated kinematics differ from those in the controller.
 const UR_HASH: &str = "calib_rist";
 
 /// The URDF `text` with the calibrated origins of the joints; zeros are part of the origins. All other bytes stay.
@@ -120,10 +121,11 @@ pub fn calibrated_yaml(
     Ok(written)
 }
 
-/// The file with the kinematics of a UR robot from its URDF with calibrated origins: position, m, and roll, pitch and yaw, rad, of
-/// each joint in the frame of the link before it, under the keys of the package ur_description.
+/// The file of kinematics of a UR robot, in the form that the package ur_description reads. `calibrated`: URDF of the robot
+/// with calibrated origins. For each joint, the file has the position (m) and roll, pitch and yaw (rad) in the frame of the
+/// link before the joint.
 ///
-/// Fails if the robot has not the links of a UR.
+/// Fails if a link of a UR is missing in the robot.
 pub fn ur_kinematics(calibrated: &str, file: &str, robot: &Robot) -> Result<String, Error> {
     let joint = |key: &str| {
         let link = robot.links.iter().find(|link| link.name.ends_with(&format!("{key}_link")));
@@ -212,7 +214,8 @@ mod tests {
         (0..20).map(one).fold(0.0, f64::max)
     }
 
-    /// A written table has the poses of the calibration, in degrees and millimetres too. Beta of the parallel axes is a fixed link.
+    /// The robot of a written table has the calibrated poses, also if the table is in degrees and millimetres. The error beta
+    /// of the parallel axes is written as an additional fixed link, because the table has no column for beta.
     #[test]
     fn a_written_table_has_the_calibrated_poses() {
         let in_degrees =
@@ -229,7 +232,8 @@ mod tests {
             assert!(written.contains("{link: beta3, antecedent: 2, joint: fixed,"), "{written}");
             // Thirty numbers with seventeen digits.
             assert!(difference(&read(&written, "arm.yaml").unwrap(), &found) < 1e-12, "{written}");
-            // Rounded angles that are read as exact ones are another robot: said, and not written.
+            // If the written angles were replaced by exact ones at reading, the robot would be another one. This is refused
+            // with a message.
             let rounded = |text: &str| rist::parse_robot(text, Path::new("arm.yaml"), &rist::ModelOptions::default());
             let wrong = |_: &str| rounded(text);
             let refused = calibrated_yaml(text, "arm.yaml", &wrong, &robot, &found, found.level()).unwrap_err();

@@ -138,7 +138,8 @@ fn root<'a>(
     }
 }
 
-/// A joint that moves. `at`: index and pose of the joint that carries it, and its own pose, in the frame of the model.
+/// Describes a joint that moves. `antecedent`, `carrier`: index and pose of the joint that carries this joint; `pose`: pose of
+/// this joint. Both poses are in the frame of the model.
 fn moving(
     joint: &SdfJoint,
     child: &str,
