@@ -1,4 +1,7 @@
 //! `rist report`: writes an HTML page from artefacts and, for an estimate, from its logs.
+//!
+//! Artefacts are results that other commands write as files: plan, motion, estimate, validation. The logs are read again to
+//! draw torques and residuals (plot data).
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,7 @@
 //! The rows of one block of a long log. They are in compressed blocks in memory, or are read from a file.
+//!
+//! A block has a fixed number of rows of the file. A series is one signal of one coordinate. The report on the cleaning of the
+//! whole log is collected block by block.
 
 use std::ops::Range;
 

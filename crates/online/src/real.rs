@@ -1,4 +1,6 @@
 //! The numbers of the crate: f64 and f32, with the square root that `core` does not have.
+//!
+//! Each function of the crate is generic over this trait, so a controller can compute in single or double precision.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 

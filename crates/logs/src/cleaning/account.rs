@@ -1,4 +1,8 @@
 //! The report on the cleaning of a log: which rows were used, and which faults were found or corrected.
+//!
+//! Signals are the columns with a meaning: time, positions, velocities, accelerations, efforts (torques, currents, or goals of
+//! position servos). An episode is a part of the file with its own clock. A long log is read in blocks, and the reports on the
+//! blocks are added.
 
 use std::fmt;
 

@@ -1,4 +1,7 @@
 //! Finds how long the robot is at rest in a log.
+//!
+//! The robot is at rest in an interval if the mean speed of every joint is small. A long log is read in blocks, and the
+//! durations of the blocks are combined.
 
 /// Largest speed of a joint at rest, rad/s, averaged over [`REST_SPAN_S`].
 const REST_SPEED_RAD_S: f64 = 1e-3;

@@ -1,5 +1,9 @@
 //! Finds signals that no robot can produce: jumps of positions, torques that were not measured, words read without their sign,
 //! rows of a second source.
+//!
+//! A finding is only reported, except that jumps by a full turn are removed. The word type is the way in which a register
+//! stores the sign of a number
+//! (`raw_words`). Rows of a second source come from another publisher on the same topic (`publishers`).
 
 use std::fmt;
 

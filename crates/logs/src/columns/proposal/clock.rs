@@ -1,4 +1,7 @@
 //! Proposes the clock of a table: its column and unit, or the rows per second.
+//!
+//! A column is a clock if it increases in nearly all rows and if its median step is a usual sampling period. Several episodes
+//! (parts of a file with their own clock) are allowed, so it may restart.
 
 use crate::columns::clocks;
 use crate::columns::mapping::Columns;
