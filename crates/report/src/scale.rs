@@ -1,4 +1,6 @@
 //! The scale of an axis: converts values into positions, and finds ticks at round numbers.
+//!
+//! A decade is a factor of ten on a logarithmic axis.
 
 /// The scale of an axis. Its two ends are never equal.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,7 @@
 //! Writes the HTML page of an identification. It is one file.
+//!
+//! Input: [`PageRequest`], in which each part is optional. The plot data have the lines over time. The page names options as
+//! its reader writes them (program or Python).
 
 use report::comparison::OtherEstimate;
 use report::identification::{Page, Subject};

@@ -134,7 +134,7 @@ impl fmt::Display for Suspect {
 
 /// Smallest ratio of the speed of a jump to a high usual speed: 99 % of the steps are at most as fast as this usual speed.
 const JUMP_SPEED_RATIO: f64 = 20.0;
-/// Least speed of a jump, rad/s.
+/// Smallest speed of a jump, rad/s.
 const SMALLEST_JUMP_SPEED_RAD_S: f64 = 1.0;
 /// Smallest number of steps for which jumps are counted. At most 1 % of the steps can be counted as jumps.
 const MIN_STEPS_FOR_JUMPS: usize = 100;

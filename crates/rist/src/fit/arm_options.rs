@@ -1,5 +1,7 @@
 //! Completes the options of an identification or a log check by the column names, units, zeros and gains of a hobby arm. `rist
 //! columns` proposes the same values, from the data of the servos. If the user gives a value, the value of the user is kept.
+//!
+//! A hobby arm is a small arm with servos, for example SO-101; its data are in `hobby_arms.yaml`.
 
 use std::path::Path;
 

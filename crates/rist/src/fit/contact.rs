@@ -1,4 +1,7 @@
 //! Intervals of a log in which the residual is an outlier, such as a contact, and fits to the rows outside these intervals.
+//!
+//! Contacts are searched in the residual of a fit or of a prediction. Contacts explain the residual if it is much smaller
+//! without these rows.
 
 use identification::estimate::digits::percent;
 use identification::estimate::held_out;

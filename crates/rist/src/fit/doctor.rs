@@ -1,4 +1,9 @@
 //! Checks before a fit whether logs belong to the robot of a description.
+//!
+//! Input: logs and a description. Output: the log check, which lists findings (probable mistakes, each with a remedy),
+//! properties that agree, and properties that cannot be determined. Logs are converted to records first: filtered signals at
+//! the samples that a fit would use. A finding is gross if no estimate from these logs can be used. The mount is the
+//! orientation of the base.
 
 use identification::estimate::log_check::finding::{Fault, Finding};
 use identification::estimate::log_check::{Change, Measured, log_check};

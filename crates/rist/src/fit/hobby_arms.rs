@@ -25,7 +25,7 @@ use crate::error::Error;
 const GAIN_DEVIATION: f64 = 0.2;
 /// A robot is taken for an arm by the names of its joints if it has at least this many.
 const MIN_NAMED_JOINTS: usize = 4;
-/// Positions that are whole numbers are counts if one is at least this.
+/// Positions that are whole numbers are counts of an encoder if at least one of them reaches this value.
 const MIN_COUNT: f64 = 300.0;
 /// Largest magnitude of a normalised position, per cent, with an allowance for rounding. Larger positions are degrees.
 const MAX_PERCENT: f64 = 100.5;

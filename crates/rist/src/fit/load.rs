@@ -1,4 +1,8 @@
 //! Identifies the load on a link, from logs with the load and logs without it.
+//!
+//! The ten parameters of the load are the differences between the body with load and the body without it. Two errors are
+//! considered: noise, and the scale of the torques (if all torques are 2 % too large, so is the load). T transforms the
+//! parameters from the link frame to the frame of the user's file.
 
 use std::fmt;
 

@@ -12,6 +12,10 @@
 //!
 //! The error of each log predicted from the other logs is not used, because the true variant predicts a poor log worse (seeds
 //! 9252, 9359 and 9473 of the bench `random_situations`: torques would be 7 to 11 % wrong instead of 1 %).
+//!
+//! The log check compares logs with the description before a fit; one of its findings is another mount (orientation) of the
+//! base. A fault is a possible mistake of a log, tested as one additional unknown of the fit. Unknowns are quantities besides
+//! the parameters: mount, encoder zeros, torque scales, springs.
 
 use claims::{Claim, Topic};
 use identification::estimate::claims::hypotheses::{Hypothesis, HypothesisTest, UndeterminedMechanics, hypotheses};

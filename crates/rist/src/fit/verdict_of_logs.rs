@@ -1,4 +1,6 @@
 //! Judges an identification by logs that were not fitted, and withholds results if necessary. The program and Python use it.
+//!
+//! If the verdict is no, files for a simulator are withheld, that is, not written.
 
 use identification::estimate::logs_left_out::LogLeftOut;
 use identification::estimate::residuals::Residuals;

@@ -1,4 +1,9 @@
 //! Searches a motion that makes the parameters of a model identifiable, and proves that this motion keeps its limits.
+//!
+//! Steps: collect the conditions (limits, error margins, known torques, bodies), search from several starts, reduce the
+//! amplitudes until the limits are proved, and write the certificate (one proven bound per limit). A gap is a pair of bodies,
+//! or a body and a floor or wall, with a least allowed distance. Default distances are tried in steps, from the largest to the
+//! smallest ([`crate::motion::kept_room`]).
 
 use std::path::Path;
 use std::time::Duration;

@@ -1,4 +1,7 @@
 //! The loop of a replay over the cycles of a log. It makes the same calls as the loop of a controller.
+//!
+//! In each cycle (one sample): observers, noise scale, contact, load, drift of friction. A contact that a load explains becomes
+//! a change of the load. The misfit is the mean square of the normalised residual.
 
 use online::{Contact, ContactDetector, Drift, LoadDecision, LoadMonitor, NoiseScale, Order, Payload};
 

@@ -1,4 +1,6 @@
 //! What a replay starts from: the cycles of the model, the noise without contact, and the settings that follow from it.
+//!
+//! The noise is measured in logs without contact (`reference`).
 
 use std::path::Path;
 

@@ -8,6 +8,10 @@
 //! ```
 //! This derivative is exact [Khalil, Dombre 2002, chapter 11]. The coordinates of the robot follow from the coordinates q of a
 //! table: (1 + gear) q + zero - compliance tau, with the holding torque tau.
+//!
+//! Errors of the geometry are described in one of two conventions: by the geometric parameters of Khalil and Kleinfinger (with
+//! the angle beta of Hayati), or by six errors of each joint frame of a URDF. A twist is the motion of a body per unit of a
+//! parameter: angular and linear velocity.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,4 +1,7 @@
 //! Options for a table of postures: the columns, and corrections of their numbers.
+//!
+//! A correction repairs a mistake in a table, for example degrees instead of radians; the search for mistakes proposes
+//! corrections.
 
 use std::fmt;
 

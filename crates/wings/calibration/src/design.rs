@@ -15,6 +15,9 @@
 //! O1 = (s_1 .. s_L)^(1/L) / sqrt(m)   O2 = s_L / s_1   O3 = s_L   O4 = s_L^2 / s_1   O5 = 1 / (1/s_1 + .. + 1/s_L)
 //! ```
 //! Not checked: the way from one posture to the next, on which a robot may touch something.
+//!
+//! Random postures are used for three purposes: candidates for the design, postures for comparison, and postures at which the
+//! accuracy of positions is predicted (elsewhere).
 
 use std::fmt::{self, Write};
 use std::path::Path;

@@ -4,6 +4,10 @@
 //! N: information matrix of the fitted parameters, the inverse of their covariance. More postures with the Jacobian J and the
 //! noise s give the information matrix N + J' J / s^2. So the intervals after more postures are known before these postures
 //! are measured. A component of a predicted pose with the row j of the Jacobian has the variance j N^-1 j'.
+//!
+//! Result: claims, each with a remedy, for example a number of further postures. A claim is one statement with its evidence.
+//! The spread is the root mean square distance of the measured points from their mean. A prior is a standard deviation that the
+//! errors of the geometry are assumed to have. A level is one fit with a certain set of parameters.
 
 use claims::{Claim, Figure, Outcome, Subject, Topic, significant};
 use identification::estimate::topics::{PARAMETERS, cannot_tell};

@@ -7,6 +7,9 @@
 //! Errors of the geometry may have a weak prior. Each error x_k then has the expected value 0 and the same standard deviation
 //! s. A base parameter is y_i = x_i + sum_k beta_ik x_k, so the prior of the base parameters has the covariance s^2 (1 + beta
 //! beta').
+//!
+//! Unknowns are the frames of base and tool, and the parameters of the chain (zeros, errors of the geometry, scales of joints,
+//! compliances). The leverage of a row is the share of the fit in its prediction. An outlier is a posture that is left out.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -29,7 +32,7 @@ const FIRST_DAMPING: f64 = 1e-5;
 const DAMPING_FACTOR: f64 = 10.0;
 /// The search ends at this damping: no step reduces the sum of squares.
 const LAST_DAMPING: f64 = 1e10;
-/// Number of rounds in which weights and noise follow from the residuals.
+/// Number of rounds. In each round, weights and noise are computed from the residuals, and the fit is repeated.
 const ROUNDS: usize = 8;
 /// Postures whose residual exceeds this multiple of the noise get less weight (Cauchy's weight).
 const CAUCHY: f64 = 2.5;
@@ -188,7 +191,7 @@ impl Fitter<'_> {
         Fit { unknowns: at, active: self.active.to_vec(), covariance, noise: weights.noise, freedom, used, squares }
     }
 
-    /// Whether each posture is used: its normalised residual is one of a normal distribution.
+    /// For each posture, whether it is used: a normal distribution must explain its normalised residual.
     fn outliers(&self, rows: &Linearised, noise: &Noise, count: usize) -> Vec<bool> {
         let sizes = sizes(rows, noise, count);
         let mut each = vec![0usize; count];
@@ -237,7 +240,7 @@ impl Fitter<'_> {
     pub(crate) fn search(&self, start: &Unknowns, noise: Noise, steps: usize) -> (Unknowns, f64) {
         let mut weights = Weights { noise, posture: vec![1.0; self.problem.postures.len()] };
         let (at, _) = self.settled(start, &weights, steps, ROUGH);
-        // The starts are compared by a sum to which an outlier adds little.
+        // Different starts are compared by a sum in which an outlier has little weight.
         let rows = self.problem.linearised_of(&at, self.rows);
         let sizes = sizes(&rows, &noise, weights.posture.len());
         weights.posture = sizes.iter().map(|size| cauchy(*size)).collect();

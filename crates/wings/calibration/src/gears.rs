@@ -5,6 +5,9 @@
 //! that the fitted parameters explain is projected out. An error of a scale is named as a fault only if errors of the geometry
 //! are fitted too, and if the fit of the scale reduces the error on postures that were left out. Without fitted errors of the
 //! geometry, a scale might only imitate an error of the geometry.
+//!
+//! A claim is one statement with its evidence. It "agrees" if no error is found, and then states the smallest error that would
+//! have been found; it is "contradicted" if an error is significant.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial, significant};
 use identification::estimate::topics::cannot_tell;

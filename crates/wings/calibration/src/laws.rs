@@ -1,4 +1,7 @@
 //! Tests of properties that every calibration must have, on simulated robots and on public measurements.
+//!
+//! The truth is the set of unknowns with which measurements are simulated. Zeros are errors of joint positions. The public
+//! measurements are outside the repository; without them, the test is skipped.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -140,7 +143,7 @@ fn intervals_cover() {
             all += 1;
         }
     }
-    // 12 x 18 parameters at 95 %: three standard deviations of this count are 4.4 %.
+    // Expected are 95 % of 12 x 18 parameters; three standard deviations of this share are 4.4 %.
     let share = f64::from(inside) / f64::from(all);
     assert!((0.90..=0.995).contains(&share), "{share}");
 }
@@ -235,7 +238,7 @@ fn mistakes_are_named_with_their_cure() {
     assert!(found.verdict.trust != Trust::Yes && found.to_string().contains("joint q3 never moves"), "{found}");
 }
 
-/// Touched points, planes and spheres determine zeros.
+/// If the tool touches a point, a plane or a sphere at every posture, the zeros are determined.
 #[test]
 fn what_is_touched_determines_zeros() {
     let robot = arm();
@@ -245,7 +248,8 @@ fn what_is_touched_determines_zeros() {
         let problem = problem(&robot, Convention::Dh, kind, 60, &mut random);
         let mut truth = truth(&problem, 0.03, 0.0, &mut random);
         truth.points[0] = nalgebra::Vector3::new(0.05, 0.02, 0.2);
-        // The last three joints reach the target from where the others are: Newton steps on the touched condition.
+        // Newton steps move the last three joints until the tool touches the target; the other joints keep their random
+        // positions.
         let target = nalgebra::Vector3::new(0.7, 0.2, 0.4);
         let reached: Vec<_> = problem
             .postures
@@ -296,7 +300,7 @@ fn what_is_touched_determines_zeros() {
     }
 }
 
-/// Compliances under gravity are found, and reduce the error.
+/// Compliances are found from the deflections under gravity, and including them reduces the error.
 #[test]
 fn compliances_are_found() {
     let (robot, mut random) = (arm(), Random::new(41));
@@ -318,7 +322,7 @@ fn compliances_are_found() {
     for p in found.parameters(stiff) {
         let Parameter::Compliance { coordinate } = p.parameter else { continue };
         if (1..5).contains(&coordinate) {
-            // Two intervals: one parameter of four may lie outside of its own.
+            // The limit is two intervals, because one of four parameters may be outside of its interval.
             assert!((p.value - 2e-5 * coordinate as f64).abs() < 2.0 * p.interval, "{found}");
         }
     }

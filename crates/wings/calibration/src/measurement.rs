@@ -9,6 +9,9 @@
 //! ```
 //! A robot may touch something at each posture instead of being measured. If it touches a plane, z of the point counts as
 //! measured, with the value 0. If it touches a fixed point, x, y and z count as measured, with the value 0.
+//!
+//! A problem consists of the postures (joint positions with measurements), the chain to the measured link, and the list of all
+//! parameters. Rows are the components of the residuals (measurement minus prediction), each a length or an angle.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 

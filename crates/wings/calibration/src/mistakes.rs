@@ -4,6 +4,9 @@
 //! The share of a fit is the median error over the postures, relative to the spread of the measured points (for angles:
 //! relative to 1 rad). A mistake is named if its correction divides the share by at least [`CURED`]. If other mistakes explain
 //! the table equally well, they are named too.
+//!
+//! Cured means that the share is small after the correction. The tip is the measured link; a wrong tip is one of the possible
+//! mistakes.
 
 use nalgebra::Vector3;
 use rist::Error;

@@ -1,4 +1,8 @@
 //! The parameters of a kinematic calibration, and their names.
+//!
+//! Two groups: unknowns of the measurement (pose of the base, tool, measured points), and errors of the robot (zeros of joints,
+//! geometry, scales, compliances). A letter names a geometric parameter of a link. An axis is a number from 0 to 5: x, y, z,
+//! then the angles about x, y, z.
 
 use std::fmt;
 

@@ -1,4 +1,6 @@
 //! Writes the result of a calibration as text and as JSON.
+//!
+//! Base parameters are the errors that measurements can determine; a rule states how another error is contained in them.
 
 use std::fmt;
 

@@ -1,4 +1,7 @@
 //! Simulated calibrations for tests: an arm with known errors, and postures that it measures.
+//!
+//! A problem consists of postures, the chain to the measured link, and the list of parameters. The truth is the set of unknowns
+//! with which measurements are simulated.
 
 use std::path::Path;
 

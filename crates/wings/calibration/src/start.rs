@@ -11,6 +11,8 @@
 //!
 //! If only some components of a point are measured, several orientations of the base are tried. If zeros are far off, several
 //! random starts find the zeros; each start ends with damped Gauss-Newton steps.
+//!
+//! Zeros are the errors of joint positions. A residual is compared with the noise that the search assumes (`COARSE`).
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use random::Random;
@@ -93,7 +95,7 @@ fn without_dropped(problem: &Problem, frames: &[usize], mut at: Unknowns) -> Unk
     at
 }
 
-/// Frames for given parameters of the chain: one by closed form, or several to be tried.
+/// Frames of base and tool for given parameters of the chain: one if there is a closed form, otherwise several that are tried.
 fn candidates(problem: &Problem, chain: &[f64]) -> Vec<Unknowns> {
     let at = Unknowns { chain: chain.to_vec(), ..problem.nominal() };
     let links: Vec<Placed> = poses(problem, chain);
@@ -109,7 +111,7 @@ fn candidates(problem: &Problem, chain: &[f64]) -> Vec<Unknowns> {
             {
                 return vec![with_base(problem, &links, at, base)];
             }
-            // A touched point does not tell the orientation of its frame; a plane does.
+            // The orientation of the frame is determined if the tool touches a plane, but not if it touches a point.
             let is_whole = problem.postures.iter().all(|p| p.points.iter().flatten().all(|x| x.is_finite()));
             let count = if is_whole { 1 } else { BASE_STARTS };
             let mut random = Random::new(0x6261_7365);

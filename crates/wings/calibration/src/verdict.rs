@@ -5,6 +5,10 @@
 //! with the measurements. If it is above 5 %, something is wrong. A fit with more parameters than the zeros must not predict
 //! worse than the fit of the zeros. If it predicts worse, by a test of the squared errors of all postures, the verdict
 //! recommends the fit of the zeros.
+//!
+//! A claim is one statement with its evidence. A level is one fit: of the frames of base and tool alone, with zeros, with the
+//! geometry or the compliances. The spread of the measurements is the root mean square distance of the measured points from
+//! their mean.
 
 use claims::{
     Claim, Figure, Need, Outcome, Purpose, Remedy, Subject, Topic, Trial, Trust, lowering, significant, worst,
@@ -130,13 +134,13 @@ fn of_mistake(mistake: &Mistake) -> Claim {
     Claim::new(Subject::whole(LOG), Outcome::Contradicted { fault: mistake.fault.clone(), remedy, trial })
 }
 
-/// Whether another fit predicts better than the one that was asked for.
+/// A claim on the comparison: whether another fit predicts better than the fit that the user asked for.
 fn of_comparison(problem: &Problem, levels: &[Level], recommended: usize) -> Option<Claim> {
     let level = levels.last()?;
     let errors = errors(problem, levels);
     let (own, least) = (errors.last()?, errors.get(recommended)?);
     let best = levels.get(recommended).filter(|_| recommended + 1 < levels.len())?;
-    // A fit of frames alone has no errors of the robot: then the description is as good.
+    // If the fit of the frames alone predicts best, the advice is to use the description unchanged.
     let (advice, remedy) = match best.what {
         "zeros" => ("calibrate zeros alone", Remedy::new("calibrate", "[what=zeros]").with("what", "zeros")),
         _ => ("keep the description", Remedy::new("calibrate", "keep the description, or measure more postures")),
@@ -221,7 +225,7 @@ fn of_motion(problem: &Problem, names: &ParameterNames) -> Vec<Claim> {
     (0..problem.chain.coordinates.len()).filter(still).map(claim).collect()
 }
 
-/// Zeros that are so far off that another sign or order of the joints may be the reason.
+/// A claim on zeros that are so large that a wrong sign or order of the joints may be the cause.
 fn of_zeros(problem: &Problem, names: &ParameterNames, level: &Level) -> Vec<Claim> {
     let claim = |k: usize| {
         let name = &names.coordinates[problem.chain.coordinates[k]];

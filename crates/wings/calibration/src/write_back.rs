@@ -1,5 +1,8 @@
 //! Writes the result of a calibration into files: the joint origins of a URDF, the table of a YAML description, the file of
 //! kinematics of a UR, or a table of zeros.
+//!
+//! A level is one fit of the calibration, with zeros (errors of joint positions) and possibly errors of the geometry. Scales
+//! (gear ratios) cannot be written into a description.
 
 use random::Random;
 use rist::Error;
@@ -41,7 +44,8 @@ pub fn calibrated_urdf(
     let calibrated = chain.placements(&level.fit.unknowns.chain);
     let change = |((j, old), new): ((&LinkId, Placed), Placed)| {
         let link = robot.link(*j);
-        // Of the joint frame: in link frames, the joint frame follows after the link frame.
+        // The poses of joint frames are needed. In the convention of link frames, each joint frame is placed relative to the
+        // link frame.
         let own = match chain.convention() {
             Convention::Dh => Placed::of(&link.file_frame),
             Convention::Frames => Placed::identity(),
@@ -178,7 +182,7 @@ mod tests {
     use crate::request::Calibrated;
     use crate::simulated::{ARM, measured, problem, truth};
 
-    /// A text, read without exact values for rounded angles.
+    /// Reads a description with its angles exactly as given (1.5708 is not replaced by pi/2).
     fn read(text: &str, file: &str) -> Result<Robot, Error> {
         let options = rist::ModelOptions { angles: rist::AngleSnapping::AsGiven, ..Default::default() };
         rist::parse_robot(text, Path::new(file), &options)

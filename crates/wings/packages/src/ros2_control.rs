@@ -1,4 +1,7 @@
 //! The package of ROS 2: a chainable controller of ros2_control, and a solver of inverse dynamics.
+//!
+//! A package is a folder that runs an identified model on a robot. A chainable controller adds its torques to the commands of
+//! another controller.
 
 use rist::Error;
 

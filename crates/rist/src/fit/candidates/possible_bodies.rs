@@ -8,6 +8,8 @@
 //! Measured errors on another motion, without -> with the restriction: 0.501 -> 0.177 (KUKA KR300, fitted to log B, predicts
 //! log A), 0.114 -> 0.064 (cobot6, fitted to log 1, predicts log 2). Counterexample: a fit to log A would predict B with 0.144
 //! instead of 0.351, but its error on held-out quarters is larger, so the restriction is not kept.
+//!
+//! tau: torques; W: regression matrix; X: parameters.
 
 use identification::estimate::consistent::errors_on_quarters;
 use identification::estimate::identify::Fit;
