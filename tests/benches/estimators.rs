@@ -2,6 +2,9 @@
 //!
 //! Arguments: number of draws (50; at most 10 for the PUMA), scenarios (all), and tables `R3G`, `R3B`, `gains`, `RACE`, `PUMA560`
 //! (all).
+//!
+//! RIST-MH: the estimator in the frequency domain. R3G, R3B: arms with three revolute axes, with and without gravity; RACE,
+//! PUMA560: other simulated robots (`tests::benchmark`). The scenarios differ in sensors and friction.
 
 use experiments::plan::exchange::{Criterion, SearchEffort, exchange};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;

@@ -1,4 +1,7 @@
 //! Checks a motion against its limits at dense samples.
+//!
+//! A motion is proved to keep its limits at all times; here, this is tested independently, at many more samples than in its
+//! file.
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::limits::LimitKind;

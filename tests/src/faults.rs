@@ -1,4 +1,6 @@
 //! Usual mistakes in logs, which are added to a correct log.
+//!
+//! Each mistake comes with a function that tests whether a finding of the log check (`rist doctor`) names it.
 
 use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::log_check::finding::{ColumnKind, Fault};

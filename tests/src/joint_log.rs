@@ -1,4 +1,7 @@
 //! Simulates logs of any robot. The torques are from an independent Newton-Euler recursion. Each joint moves by its own sines.
+//!
+//! Standard parameters: ten inertial parameters of each link, and rotor inertias. Nominal parameters are those of the
+//! description.
 
 use std::path::Path;
 

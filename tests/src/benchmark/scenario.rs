@@ -1,4 +1,6 @@
 //! The robots and the conditions (scenarios) in which estimators are compared.
+//!
+//! A scenario gives sensors, friction and feedforward of a simulation.
 
 use experiments::simulate::closed_loop::{Drives, JointPd, Sensors};
 use experiments::simulate::dynamics::Dynamics;

@@ -1,4 +1,6 @@
 //! Converts the signals of a machine to a log, with sensor errors and defects.
+//!
+//! The machine is the true robot, simulated on a fine time grid; the log has a lower sampling rate.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,4 +1,6 @@
 //! A machine (the true robot) whose parameters differ slightly from its description, and its sensors.
+//!
+//! A body is given by its ten inertial parameters. The size of a joint is its rms torque.
 
 use robot::{Inertial, LinkId, Robot, StandardParameter};
 

@@ -295,10 +295,11 @@ fn band(series: &mut [(f64, f64)], unknown: Band<f64>) -> Band<f64> {
 /// A sample is fast if its slowness is below this.
 const FAST_BELOW: f64 = 0.5;
 
-/// At low speed the error of friction is not normal: it is large at reversals. So its standard deviation is computed from this
-/// quantile of its absolute value, as for a normal variable. A contact in a few samples hardly changes this quantile.
+/// At low speed, the error of friction has no normal distribution, because it is large at reversals. So its standard deviation
+/// is computed from this quantile of its absolute value, as for a normal variable. A contact in a few samples hardly changes
+/// this quantile.
 const LOW_SPEED_QUANTILE: f64 = 0.95;
-/// The 95 % quantile of the absolute value of a unit normal number.
+/// The 95 % quantile of the absolute value of a standard normal number.
 const LOW_SPEED_DEVIATIONS: f64 = 1.96;
 
 /// The median; zero for an empty list.

@@ -1,6 +1,8 @@
 //! A replay (observer, load and drift of friction) that takes one sample at a time, for example from a running robot.
 //!
 //! Each sample gives one cycle: external torques, contact, load.
+//!
+//! `period` is the time between samples, s.
 
 use std::path::Path;
 
