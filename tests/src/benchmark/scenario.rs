@@ -23,7 +23,7 @@ pub struct BenchmarkArm<'a> {
     pub sample_time: f64,
 }
 
-/// The conditions of a simulation. Sensors and friction may differ from those of the arm.
+/// The conditions of a simulation. Sensors and friction may differ from the sensors and friction of the arm.
 #[derive(Clone, Debug)]
 pub struct Scenario {
     pub name: &'static str,

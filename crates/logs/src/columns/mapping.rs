@@ -23,7 +23,7 @@ struct Needed {
     efforts: bool,
 }
 
-/// The mapping from columns of a table to signals of a robot. Its printed form lists every choice.
+/// The mapping from columns of a table to signals of a robot. If the mapping is printed, every choice is listed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
     /// Names of the coordinates, in the order of the series.

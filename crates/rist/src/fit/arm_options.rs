@@ -95,8 +95,8 @@ impl SamplesRequest {
 }
 
 impl DoctorRequest {
-    /// The request, completed by the options and gains of the arm that the request names. Results and arguments are those of
-    /// [`SamplesRequest::with_arm`].
+    /// The request, completed by the options and gains of the arm that the request names. Also returns the printed lines with
+    /// the values that are used for the arm. `log`: the path of the first log.
     ///
     /// Fails if the arm is not known, or does not fit the robot or the log.
     pub fn with_arm(mut self, robot: &Robot, log: Option<&Path>) -> Result<(DoctorRequest, String), Error> {

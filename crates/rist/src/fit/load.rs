@@ -82,8 +82,8 @@ impl Scales<'_> {
     }
 }
 
-/// Identifies the load in the logs `loaded`. Its covariance is the sum of two terms: noise in the residuals, and scale errors
-/// of the joints' torques.
+/// Identifies the load in the logs `loaded`. The covariance of the load is the sum of two terms: noise in the residuals, and
+/// scale errors of the joints' torques.
 ///
 /// Fails if the link does not exist or is ambiguous, or if the logs cannot be read.
 pub(crate) fn load(

@@ -187,7 +187,7 @@ pub(crate) struct TriedVariant<'a> {
 }
 
 impl<'a> TriedVariant<'a> {
-    /// The same logs and model with other options; nothing is read before it is needed.
+    /// A variant with the same logs and model, but with other options. The logs are read only when they are needed.
     pub(crate) fn with_options(&self, options: Options) -> TriedVariant<'a> {
         TriedVariant { options, start: self.start.clone(), looked: None, fitted: None, ..*self }
     }

@@ -64,7 +64,7 @@ pub struct Calibration {
 pub struct CalibratedParameter {
     /// The parameter.
     pub parameter: Parameter,
-    /// Its printed name.
+    /// Printed name of the parameter.
     pub name: String,
     /// The fitted value; for frames the value is in [`crate::Fit::unknowns`], and this is 0.
     pub value: f64,

@@ -345,8 +345,8 @@ mod tests {
             let pair = found.curve.iter().find(|p| p[0].as_ref().is_some_and(|d| d.count == count)).unwrap();
             pair[which].clone().unwrap()
         };
-        // The same number of random postures gives a largest sigma of at least 1.2 times that of the design (1.4 times here),
-        // and less information.
+        // With the same number of random postures, the largest sigma is at least 1.2 times as large as with the design (1.4
+        // times here), and the information is smaller.
         for count in [10, 20] {
             let (designed, random) = (of(count, 0), of(count, 1));
             assert!(1.2 * designed.largest_sigma < random.largest_sigma && designed.ln_det > random.ln_det, "{found}");

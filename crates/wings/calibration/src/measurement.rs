@@ -71,7 +71,7 @@ pub struct Problem {
     pub kind: MeasurementKind,
     /// The postures.
     pub postures: Vec<Posture>,
-    /// All parameters: unknowns of the measurement, then those of the chain.
+    /// All parameters: first the unknowns of the measurement, then the parameters of the chain.
     pub parameters: Vec<Parameter>,
 }
 
@@ -135,7 +135,7 @@ impl Problem {
         Problem { chain, kind, postures, parameters }
     }
 
-    /// The same problem with other postures.
+    /// A problem with the same chain and kind of measurement, but with other postures.
     pub fn with(&self, postures: Vec<Posture>) -> Problem {
         Problem { postures, ..self.clone() }
     }

@@ -162,7 +162,7 @@ impl PoseTable {
         Ok(read)
     }
 
-    /// Drops points whose columns repeat those of another point.
+    /// Removes a point if its columns have the same numbers as the columns of another point.
     fn distinct_points(&mut self, table: &Table, points: Vec<[Option<Source>; 3]>) -> Vec<[Option<Source>; 3]> {
         let is_same = |a: &[Option<Source>; 3], b: &[Option<Source>; 3]| {
             a.iter().zip(b).all(|(a, b)| match (a, b) {

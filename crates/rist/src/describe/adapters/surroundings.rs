@@ -60,7 +60,7 @@ impl RobotSurroundings {
         RobotSurroundings::on_floor(model, user, (own, false), limits, margins)
     }
 
-    /// The same as [`RobotSurroundings::new`], with one addition: if `assumes_floor` is set and no file gives a floor, the
+    /// Builds the gaps like [`RobotSurroundings::new`]. In addition, if `assumes_floor` is set and no file gives a floor, the
     /// floor is the plane of the base.
     pub(crate) fn on_floor(
         model: &Model,
