@@ -23,7 +23,7 @@ pub fn violations(artefact: &ExcitingMotion, times: f64) -> (usize, usize) {
             for (x, joint) in state.iter().zip(&artefact.joints) {
                 for (x, kind) in x.iter().zip(LimitKind::KINEMATIC) {
                     let (low, high) = joint.limits.bounds(kind).expect("every joint has it");
-                    // Allowance for the rounding of the sum, which the proof includes.
+                    // The proof allows for rounding errors when the harmonics are summed, so this test allows for them too.
                     let rounding = 1e-12 * (high - low);
                     beyond += usize::from(*x < low - rounding || *x > high + rounding);
                 }

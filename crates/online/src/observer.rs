@@ -91,7 +91,7 @@ mod tests {
 
     extern crate std;
 
-    /// A pendulum m l^2 ddq = tau - m g l sin q - f dq + tau_ext, by small explicit steps.
+    /// Simulates a pendulum with an observer, by small explicit steps: m l^2 ddq = tau - m g l sin q - f dq + tau_ext.
     fn pendulum(order: Order<f64>, external: impl Fn(f64) -> f64, period: f64) -> std::vec::Vec<(f64, f64)> {
         let (m, l, f) = (2.0, 0.5, 0.3);
         let (mut q, mut dq, mut observer) = (0.4_f64, 0.0_f64, Observer::new(order));

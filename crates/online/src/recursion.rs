@@ -49,7 +49,7 @@ impl<R: Real, const M: usize> Recursion<R, M> {
         self.right.iter_mut().for_each(|x| *x = *x * root_of_weight);
     }
 
-    /// z'z, with R x = z.
+    /// The sum of squares z'z that the estimate explains. z: right side of R x = z.
     pub fn explained_square(&self) -> R {
         self.right.iter().fold(R::ZERO, |sum, z| sum + *z * *z)
     }

@@ -206,7 +206,7 @@ impl LeftOutRows {
 impl fmt::Display for LogReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let left_out = &self.left_out;
-        // The counts contain every episode except the first.
+        // Each count is a number of new episodes; the first episode of the file is not counted.
         writeln!(f, "{} rows, {} used; {}", self.rows, self.kept, self.clock.in_words())?;
         for (begun, why) in [
             (left_out.episodes_by_column, "the column that numbers them changes"),

@@ -23,7 +23,7 @@ use crate::error::Error;
 
 /// Relative standard deviation of a gain from a data sheet.
 const GAIN_DEVIATION: f64 = 0.2;
-/// A robot is taken for an arm by the names of its joints if it has at least this many.
+/// The names of joints identify an arm only if the robot has at least this number of joints.
 const MIN_NAMED_JOINTS: usize = 4;
 /// Positions that are whole numbers are counts of an encoder if at least one of them reaches this value.
 const MIN_COUNT: f64 = 300.0;
@@ -81,7 +81,7 @@ enum Form {
 /// The part of a proposal of columns that follows from the data of an arm.
 #[derive(Clone, Debug, Default)]
 pub struct DriveProposal {
-    /// Lists of the transmission, one number per joint.
+    /// Proposed lines for the transmission (ratios, offsets, scales), each a list with one number per joint.
     pub transmission: Vec<Proposed>,
     /// The gains as a field of a request, with the reason; `None` if the torques need no gains, or if no source gives gains.
     pub gains: Option<Proposed>,
@@ -225,7 +225,7 @@ fn seen_form(table: &Table, mapping: &Columns, is_normalised: bool) -> Option<Fo
     }
 }
 
-/// The lists of the transmission that a form of positions needs.
+/// The lines for the transmission (ratios, offsets, scales) that follow from the form in which the arm writes positions.
 fn transmission(robot: &Robot, servos: &[(Servo, f64)], form: Form) -> Result<Vec<Proposed>, Error> {
     let list = |key: &'static str, numbers: Vec<f64>, reason: &str| {
         // Six decimals are finer than one count of an encoder.

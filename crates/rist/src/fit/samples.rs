@@ -277,14 +277,14 @@ fn check_arm(request: &SamplesRequest) -> Result<(), Error> {
     }
 }
 
-/// The estimate, with a remark on torques that hold no friction.
+/// The estimate. If the torques of the logs contain no friction, a remark on this is added.
 fn with_absent_friction(mut estimate: Estimate, fit: &Fit) -> Estimate {
     let absent = absent_friction(&estimate, &fit.observation.speed);
     estimate.remarks.extend(absent);
     estimate
 }
 
-/// An estimate, with its bodies if physically possible ones were asked for.
+/// An estimate. It has bodies if the request asks for physically possible bodies.
 struct FoundBodies {
     estimate: Estimate,
     bodies: Option<Bodies>,

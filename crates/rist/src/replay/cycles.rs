@@ -72,7 +72,7 @@ pub(crate) struct JointCycle {
 pub(crate) struct Cycle<'a> {
     /// Time, s.
     pub(crate) t: f64,
-    /// Time since the cycle before, s; zero at the first cycle of a record.
+    /// Time since the previous cycle, s; zero at the first cycle of a record.
     pub(crate) period: f64,
     pub(crate) joints: &'a [JointCycle],
     /// Jacobian of the link that is assumed to be touched, 6 x n row by row; empty without one.
@@ -335,7 +335,7 @@ impl RecordMemory {
     }
 }
 
-/// A cycle that comes later than this many periods is the first after a gap.
+/// If a cycle comes later than this number of periods after the previous cycle, there is a gap between them.
 const LARGEST_PERIOD_RATIO: f64 = 5.0;
 
 /// Number of cycles whose functions are evaluated together.

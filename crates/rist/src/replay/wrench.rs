@@ -31,7 +31,8 @@ pub struct ContactWrench {
 }
 
 impl ContactWrench {
-    /// `jacobian`: 6 x n, row by row; `torques` and `deviations`: n.
+    /// Estimates force and moment. `jacobian`: J, row by row; `torques`: r, one per joint; `deviations`: standard deviations of
+    /// e.
     pub(crate) fn new(jacobian: &[f64], torques: &[f64], deviations: &[f64]) -> ContactWrench {
         let n = torques.len();
         let possible = |c: usize| if c < 3 { POSSIBLE_FORCE } else { POSSIBLE_MOMENT };

@@ -25,7 +25,7 @@ use crate::parameter::{Letter, Parameter};
 /// How the errors of the geometry are described.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Convention {
-    /// By the letters of Khalil and Kleinfinger, and beta of Hayati.
+    /// By the geometric parameters (letters) of Khalil and Kleinfinger, and the angle beta of Hayati.
     Dh,
     /// By six errors of the frame of each joint in the description (URDF).
     Frames,
@@ -41,7 +41,7 @@ pub struct Placed {
 }
 
 impl Placed {
-    /// The frame itself.
+    /// The pose of a frame in itself: no rotation and no translation.
     pub fn identity() -> Placed {
         Placed { rotation: Matrix3::identity(), position: Vector3::zeros() }
     }
@@ -58,7 +58,8 @@ impl Placed {
         }
     }
 
-    /// This pose, then `next` in its frame.
+    /// The product of two poses: the pose `next`, which is given in the frame of this pose, relative to the frame in which this
+    /// pose is given.
     pub fn then(&self, next: &Placed) -> Placed {
         Placed { rotation: self.rotation * next.rotation, position: self.at(&next.position) }
     }
@@ -69,7 +70,7 @@ impl Placed {
         Placed { rotation, position: -(rotation * self.position) }
     }
 
-    /// The position of a point of this frame.
+    /// The position of a point whose coordinates are given in the frame of this pose.
     pub fn at(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * point + self.position
     }
@@ -86,7 +87,7 @@ pub(crate) fn turned_by(vector: Vector3<f64>) -> Matrix3<f64> {
 pub struct Twist {
     /// Angular velocity.
     pub w: Vector3<f64>,
-    /// Velocity of the point of the body that is at the origin.
+    /// Velocity of the point of the body that coincides with the origin of the frame.
     pub v: Vector3<f64>,
 }
 
@@ -263,7 +264,8 @@ impl Chain {
         }
     }
 
-    /// Zeros of turning joints within half a turn: a whole turn more is the same robot.
+    /// Brings the zeros of revolute joints into the range of half a turn, because a change by a whole turn gives the same
+    /// robot.
     pub(crate) fn within_half_a_turn(&self, values: &mut [f64]) {
         for k in 0..self.coordinates.len() {
             let is_whole = |element: &Element| {
@@ -364,7 +366,7 @@ mod tests {
         (a.position - b.position).norm() + (a.rotation - b.rotation).norm()
     }
 
-    /// The nominal chain has the poses of the robot, for both conventions.
+    /// Without errors, the chain gives the poses of the robot, in both conventions.
     #[test]
     fn a_chain_without_errors_is_the_robot() {
         let robot = arm();
@@ -379,7 +381,8 @@ mod tests {
         }
     }
 
-    /// An error of a letter moves the pose like the same change of the description.
+    /// An error of a geometric parameter (letter) has the same effect on the pose as an equal change of this parameter in the
+    /// description.
     #[test]
     fn an_error_is_a_change_of_the_description() {
         let robot = arm();
@@ -411,7 +414,7 @@ mod tests {
         assert_eq!(checked, 36);
     }
 
-    /// The twists are the derivatives of the pose: compared with central differences at random errors.
+    /// The twists are the derivatives of the pose. They are compared with central differences at random errors.
     #[test]
     fn twists_are_derivatives() {
         let robot = arm();

@@ -39,7 +39,7 @@ use crate::request::{CalibrateRequest, Calibrated, Measured};
 
 /// Noise of a measured length, m, and of a measured angle, rad, in the predictions.
 pub const DESIGN_NOISE: f64 = 1e-4;
-/// Numbers of postures of the curve.
+/// Numbers of postures for which designs are compared with random postures (the curve).
 const SIZES: [usize; 4] = [10, 20, 50, 100];
 /// Three numbers of random postures. `CANDIDATES`: the design is chosen from these. `ELSEWHERE`: the accuracy of predicted
 /// positions is computed at these. `AT_RANDOM`: the design is compared with these.
@@ -227,7 +227,8 @@ impl Pool {
         all.fold((0, f64::NEG_INFINITY), |best, next| if next.1 > best.1 + LEAST_GAIN { next } else { best })
     }
 
-    /// The candidates that determine most: one after the other, then exchanged until no exchange gains.
+    /// The best `count` candidates. They are first chosen one after the other. Then each is exchanged with a better candidate,
+    /// until no exchange increases the information.
     fn designed(&self, count: usize) -> Vec<usize> {
         let mut chosen: Vec<usize> = Vec::new();
         for _ in 0..count.min(CANDIDATES) {

@@ -33,7 +33,8 @@ pub(crate) const OTHER_ANGLES: Topic = Topic("angles within the limits of the jo
 const WIDE: f64 = 0.02;
 /// Largest 95 % interval of a predicted pose, rad, or as a share of the spread of the postures.
 const WIDE_POSE: f64 = 0.01;
-/// A prior decides a parameter if the data leave more than this share of its variance.
+/// The prior determines a parameter more than the data do if the variance after the fit is larger than this share of the prior
+/// variance.
 const HELD: f64 = 0.5;
 /// Level of the intervals.
 const LEVEL: f64 = 0.95;
@@ -41,12 +42,12 @@ const LEVEL: f64 = 0.95;
 const ELSEWHERE: usize = 100;
 /// Numbers of further postures that are tried.
 const FURTHER: [usize; 4] = [10, 30, 100, 300];
-/// A joint that moves over a smaller share of its range is named.
+/// Joints that move over a smaller share of their range than this are named.
 const LITTLE_MOTION: f64 = 0.25;
 /// Largest number of names in a sentence.
 const NAMES: usize = 6;
 
-/// A fit, for which the methods find out what its postures determine.
+/// A fit of a calibration. The methods find out which parameters the postures of this fit determine.
 pub(crate) struct Determination<'a> {
     /// The robot.
     pub robot: &'a Robot,
@@ -150,7 +151,8 @@ impl Determination<'_> {
         self.names.of(self.problem.parameters[self.level.fit.active[place]]).to_string()
     }
 
-    /// `zero q3 +- 158 mrad`: a parameter with the motion of the robot by half of its interval.
+    /// Text of a parameter, for example `zero q3 (+- 158 mrad)`: the number is the motion of the robot that corresponds to half
+    /// of the interval.
     fn with_size(&self, (place, size): (usize, f64)) -> String {
         let is_length = self.is_length(self.problem.parameters[self.level.fit.active[place]]);
         let unit = if is_length { "mm" } else { "mrad" };

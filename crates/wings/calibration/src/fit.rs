@@ -40,7 +40,7 @@ const CAUCHY: f64 = 2.5;
 const NORMAL_MEDIAN: f64 = 1.4826;
 /// A posture is an outlier if its residual has a smaller chance than a normal deviate of this size.
 const OUTLIER_DEVIATE: f64 = 4.5;
-/// Smallest noise, m and rad: rounding of the tables.
+/// The noise is never assumed to be smaller than this value, which is the rounding error of the numbers in a table, m and rad.
 const LEAST_NOISE: f64 = 1e-12;
 /// Largest fraction of postures that can be outliers.
 const MOST_OUTLIERS: f64 = 0.2;
@@ -248,7 +248,7 @@ impl Fitter<'_> {
         (at, robust)
     }
 
-    /// A fit with given noise whose postures are weighted once, for the comparison of priors.
+    /// A short fit for the comparison of priors. The noise is given, and the weights of the postures are computed only once.
     pub(crate) fn quick(&self, start: &Unknowns, noise: Noise) -> Unknowns {
         let rows = self.problem.linearised_of(start, self.rows);
         let sizes = sizes(&rows, &noise, self.problem.postures.len());

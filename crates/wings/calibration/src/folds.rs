@@ -36,7 +36,8 @@ impl PredictionError {
         ratios.iter().product::<f64>().powf(1.0 / ratios.len().max(1) as f64)
     }
 
-    /// Figures of this error and of another: of the kind, lengths or angles, that differs more.
+    /// This error and another error as two numbers with a unit. Of lengths and angles, the kind in which the two errors differ
+    /// more is taken.
     pub(crate) fn compared(&self, other: &PredictionError) -> (Figure, Figure) {
         let kinds = [(self.length, other.length, "mm"), (self.angle, other.angle, "mrad")];
         let of = |(a, b, unit): &(Option<f64>, Option<f64>, &'static str)| {
@@ -53,7 +54,7 @@ impl PredictionError {
 pub(crate) struct ErrorSums {
     length: (f64, f64),
     angle: (f64, f64),
-    /// Normalised squares, each at most [`MOST`] squared.
+    /// Sum of squared residuals, each divided by the noise and limited to [`MOST`] squared.
     robust: f64,
 }
 
@@ -179,7 +180,7 @@ impl Candidate<'_> {
         for deviation in DEVIATIONS.into_iter().map(Some).chain(self.may_be_free.then_some(None)) {
             let mut sums = ErrorSums::default();
             for ((out, kept), at) in folds.iter().zip(&mut starts) {
-                // Each prior starts where the narrower one ended.
+                // The search with each prior starts at the result of the previous, narrower prior.
                 let prior = self.prior(deviation);
                 let fitter = Fitter { problem: self.problem, active: self.active, prior: prior.as_ref(), rows: kept };
                 *at = fitter.quick(at, noise);

@@ -72,7 +72,7 @@ impl Level {
         Ok(Level { what, base, undetermined, fit, deviation, fitted, left_out, each })
     }
 
-    /// The error on those postures left out that are `used`.
+    /// The error on postures left out, computed only over the postures that are `used`.
     pub(crate) fn left_out_on(&self, problem: &Problem, used: &[bool]) -> PredictionError {
         error_of(problem, &self.each, |r| used[r])
     }

@@ -122,7 +122,7 @@ fn candidates(table: &PoseTable, given: &TableCorrections) -> Vec<(String, Table
     all
 }
 
-/// The share of a fit of frames and zeros, whose start needs no initial guess.
+/// The share (median error relative to the spread) after a fit of frames and zeros. The fit needs no initial guess.
 fn share_under(robot: &Robot, problem: &Problem) -> Result<f64, Error> {
     let is_rigid = |group| matches!(group, ParameterGroup::Frames | ParameterGroup::Zeros);
     let active = geometric_base(robot, problem, |p| is_rigid(p.group()))?.kept;

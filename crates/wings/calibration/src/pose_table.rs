@@ -37,7 +37,7 @@ rist::words! {
     }
 }
 
-/// The numbers of an orientation.
+/// The form in which the table gives orientations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Orientation {
     Quaternion,

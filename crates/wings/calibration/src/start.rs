@@ -31,13 +31,15 @@ const STEPS: usize = 25;
 /// Number of random starts of the zeros, and of random orientations of the base.
 pub(crate) const ZERO_STARTS: usize = 40;
 const BASE_STARTS: usize = 40;
-/// Range of the random zeros, rad: starts cover all zeros, and steps find those between them.
+/// Random zeros are drawn from minus this value to plus this value, rad. Gauss-Newton steps from such a start also reach larger
+/// zeros.
 const ZERO_RANGE: f64 = 1.2;
 /// If the residual per posture is below this multiple of [`COARSE`], no other zeros are tried.
 const GOOD: f64 = 4.0;
-/// Another start must reduce the sum to this fraction.
+/// Another start replaces the best start if its sum of squares is at most this fraction of the best sum.
 const BETTER: f64 = 0.9;
-/// Relative size of eigenvalues of a null space: errors of a description of some degrees.
+/// Eigenvalues below this fraction of the largest one belong to the null space. Errors of some degrees in the description cause
+/// eigenvalues of this size.
 const NULL: f64 = 1e-3;
 /// Number of vectors of a null space that are tried.
 const NULL_STARTS: usize = 12;
