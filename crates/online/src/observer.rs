@@ -137,7 +137,7 @@ mod tests {
             let mut observer = Observer::new(order);
             for k in 0..1000 {
                 let r = observer.step(k as f64, 60.0, 0.01);
-                // dp/dt = 100, known 60: the external torque is 40.
+                // The momentum p grows by 100 N m and the known torque is 60 N m. So the external torque is 40 N m.
                 assert!(k < 100 || (r - 40.0).abs() < 1e-6, "{order:?} {k} {r}");
             }
             assert_eq!(observer.step(f64::NAN, 60.0, 0.01), 0.0);

@@ -111,7 +111,7 @@ mod tests {
                 squares[k] += (x[k] - truth[k]).powi(2) / variance / f64::from(draws);
             }
         }
-        // The mean of 400 squares of unit normals is 1 with a standard deviation of 0.07. The limit is four standard
+        // The mean of 400 squares of standard normal numbers is 1 with a standard deviation of 0.07. The limit is four standard
         // deviations.
         assert!(squares.iter().all(|s| (s - 1.0).abs() < 0.28), "{squares:?}");
     }

@@ -39,7 +39,8 @@ pub(crate) fn load_start(m: f64) -> [f64; 10] {
 pub(crate) struct LoadNoise {
     window: Payload<f64, 0>,
     age: f64,
-    /// Sum of z'z, its freedom, the time of all windows, s, and the number of their cycles.
+    /// Sums over all windows: `square`: z'z; `freedom`: degrees of freedom. `time`: time of all cycles, s; `cycles`: their
+    /// number.
     square: f64,
     freedom: f64,
     time: f64,

@@ -86,9 +86,9 @@ impl Prior {
 /// Standard deviation of the noise of lengths, m, and of angles, rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Of lengths, m.
+    /// Standard deviation of lengths, m.
     pub length: f64,
-    /// Of angles, rad.
+    /// Standard deviation of angles, rad.
     pub angle: f64,
 }
 

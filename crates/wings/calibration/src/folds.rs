@@ -251,7 +251,7 @@ mod tests {
         }
         let request = CalibrateRequest { what: Calibrated::Zeros, ..CalibrateRequest::default() };
         let found = calibrate_table(&robot, &table, &request, None).unwrap().levels[1].left_out;
-        // Half of the last printed digit of the baseline.
+        // The limits are the results of the baseline plus half of their last printed digit.
         assert!(found.length.unwrap() <= 12.15e-3 && found.angle.unwrap() <= 10.85e-3, "{found:?}");
     }
 }

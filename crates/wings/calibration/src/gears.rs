@@ -216,7 +216,7 @@ mod tests {
         let cured = found(5e-3, Calibrated::Geometry, &["q3"]);
         assert_eq!((cured.verdict.trust, claim(&cured)), (Trust::Yes, None), "{cured}");
         let scale = cured.parameters(cured.level()).into_iter().find(|p| p.name == "gear q3").unwrap();
-        // Twice the 95 % interval: one draw in 10 000 lies outside.
+        // The limit is twice the 95 % interval. One draw in 10 000 lies outside.
         assert!((scale.value - 5e-3).abs() < 2.0 * scale.interval && scale.interval < 1e-3, "{cured}");
         let zeros = zeros_table(&cured, cured.level());
         assert!(

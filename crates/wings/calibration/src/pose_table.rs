@@ -88,7 +88,7 @@ impl Source {
 }
 
 impl PoseTable {
-    /// Reads the postures of the coordinates `of`, indices of coordinates of the robot.
+    /// Reads the postures. `of`: the indices of the coordinates of the robot that the table gives.
     ///
     /// Fails if the file cannot be read, or if a column is missing.
     pub fn read(

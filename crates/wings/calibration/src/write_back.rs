@@ -234,7 +234,7 @@ mod tests {
             let again = |text: &str| read(text, "arm.yaml");
             let written = calibrated_yaml(text, "arm.yaml", &again, &robot, &found, found.level()).unwrap();
             assert!(written.contains("{link: beta3, antecedent: 2, joint: fixed,"), "{written}");
-            // Thirty numbers with seventeen digits.
+            // The limit allows for the rounding of thirty numbers that are written with seventeen digits.
             assert!(difference(&read(&written, "arm.yaml").unwrap(), &found) < 1e-12, "{written}");
             // If the written angles were replaced by exact ones at reading, the robot would be another one. This is refused
             // with a message.
@@ -295,7 +295,7 @@ mod tests {
             };
             assert!(text.starts_with("kinematics:\n") && text.ends_with("  hash: calib_rist\n"), "{text}");
             let again = read(&urdf(&UR_LINKS.map(numbers)), "ur.urdf").unwrap();
-            // Thirty-six numbers with seventeen digits.
+            // The limit allows for the rounding of thirty-six numbers that are written with seventeen digits.
             assert!(difference(&again, &found) < 1e-12, "{text}");
         }
         let refused = ur_kinematics(&given, "arm.urdf", &read(ARM, "arm.yaml").unwrap()).unwrap_err().to_string();

@@ -136,7 +136,7 @@ fn friction(dq: [f64; 2]) -> [f64; 2] {
 fn check_cycles(model: &Model, found: &[Vec<f64>], tolerance: f64) {
     let near = |line: usize, tau: &[f64], status: f64| {
         let found = &found[line];
-        // Relative to the largest torque, 9 N m.
+        // The tolerance is relative to the largest torque, 9 N m.
         let is_near = found.iter().zip(tau).all(|(a, b)| (a - b).abs() < 9.0 * tolerance);
         assert!(is_near && found[2] == status, "line {line}: {found:?}, expected {tau:?} {status}");
     };
@@ -170,11 +170,11 @@ fn prefix_of(folder: &Path) -> String {
 fn torques_in_c_are_those_of_the_library_and_late_states_have_the_last_one() {
     let model = odd();
     let here = written(&model, PackageTarget::Ros2Control, "", "c_double").join("src");
-    // Nine digits are printed.
+    // Tolerance: nine digits are printed.
     check_cycles(&model, &cycles(&here, &prefix_of(&here)), 1e-8);
     let folder = written(&model, PackageTarget::Arduino, "", "c_float");
     let sketch = std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path()).find(|path| path.is_dir()).unwrap();
-    // Some hundred operations with a rounding of 6e-8.
+    // Tolerance: some hundred operations, each with a rounding error of 6e-8.
     check_cycles(&model, &cycles(&sketch, &prefix_of(&sketch)), 1e-5);
 }
 
