@@ -11,9 +11,9 @@ const REST_SPAN_S: f64 = 0.05;
 /// Durations of rest, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RestTimes {
-    /// Duration of rest at the start.
+    /// Duration of rest at the start of the log.
     pub before: f64,
-    /// Duration of rest at the end.
+    /// Duration of rest at the end of the log.
     pub after: f64,
     /// Total duration of rest.
     pub total: f64,

@@ -94,7 +94,8 @@ impl Run {
         }
     }
 
-    /// Takes a cycle.
+    /// Processes one cycle: compares the external torques with their noise, updates contact, load and drift, and stores the
+    /// results.
     pub(crate) fn step(&mut self, cycle: &Cycle) {
         // After a gap of the log, it is not known whether an earlier contact still lasts.
         if cycle.period <= 0.0 {

@@ -22,7 +22,7 @@ pub struct SampledReplay<'a> {
     cycles: CycleModel<'a>,
     run: Run,
     memory: RecordMemory,
-    /// s
+    /// Time between samples, s.
     period: f64,
 }
 

@@ -19,7 +19,7 @@ use crate::chain::{Placed, turned_by};
 use crate::measurement::{Posture, Problem, Unknowns};
 use crate::parameter::{Parameter, ParameterNames};
 
-/// Random rows per parameter.
+/// Number of random rows per parameter.
 const ROWS_PER_PARAMETER: usize = 3;
 /// Positions of a joint without limits are drawn from this range, rad (m).
 const FREE_RANGE: f64 = std::f64::consts::PI;

@@ -51,7 +51,7 @@ pub struct Calibration {
     pub levels: Vec<Level>,
     /// Mistakes in the table.
     pub mistakes: Vec<Mistake>,
-    /// Number of rows without a number.
+    /// Number of rows that are not used, because a number is missing.
     pub left_out_rows: usize,
     /// Notes on how the table was read.
     pub notes: Vec<String>,

@@ -22,7 +22,7 @@ use robot::{JointKind, LinkId, Pose, Robot};
 
 use crate::parameter::{Letter, Parameter};
 
-/// How the errors of the geometry are described.
+/// The parameters by which errors of the geometry are described.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Convention {
     /// By the geometric parameters (letters) of Khalil and Kleinfinger, and the angle beta of Hayati.

@@ -19,7 +19,7 @@ use crate::level::Level;
 use crate::measurement::Problem;
 use crate::parameter::{Parameter, ParameterNames};
 
-/// The scale of a joint.
+/// Topic of claims on the scale of a joint.
 pub(crate) const GEAR: Topic = Topic("gear scale");
 
 /// `GEAR_LEVEL`: error probability of the test of all gear scales together. `POWER`: probability with which the test detects

@@ -20,7 +20,7 @@ use crate::parameter::ParameterGroup;
 use crate::request::CalibrateRequest;
 use crate::verdict::{errors, shown};
 
-/// Digits of printed values.
+/// Number of significant digits of printed values.
 const DIGITS: usize = 4;
 
 fn error_json(error: &PredictionError) -> Value {

@@ -26,7 +26,7 @@ use crate::parameter::{Parameter, ParameterGroup};
 const MAX_POSTURES: usize = 60;
 /// Noise that the search assumes, m and rad. Errors of a description have this size.
 const COARSE: Noise = Noise { length: 5e-3, angle: 5e-3 };
-/// Steps of a search from one start.
+/// Number of steps of a search from one start.
 const STEPS: usize = 25;
 /// Number of random starts of the zeros, and of random orientations of the base.
 pub(crate) const ZERO_STARTS: usize = 40;

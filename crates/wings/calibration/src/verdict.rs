@@ -25,17 +25,17 @@ use crate::measurement::Problem;
 use crate::mistakes::{ANGLE_SPREAD, Mistake, spread, spread_of_links};
 use crate::parameter::ParameterNames;
 
-/// The error of lengths on postures that were left out.
+/// Topic of claims on the error of lengths, on postures that were left out of the fit.
 const LENGTHS: Topic = Topic("error of lengths on postures left out");
-/// The error of angles on postures that were left out.
+/// Topic of claims on the error of angles, on postures that were left out of the fit.
 const ANGLES: Topic = Topic("error of angles on postures left out");
-/// The comparison of the fits on postures that were left out.
+/// Topic of claims on the comparison of the fits, on postures that were left out.
 const COMPARISON: Topic = Topic("comparison of the fits");
-/// Postures that are left out as wrong.
+/// Topic of claims on postures that are left out because they seem wrong.
 const OUTLIERS: Topic = Topic("postures");
-/// Joints that follow from loops.
+/// Topic of claims on joints whose position follows from loops.
 const LOOPS: Topic = Topic("loops");
-/// Joints that stand still.
+/// Topic of claims on joints that stand still.
 const MOTION: Topic = Topic("motion");
 
 /// Largest error of a good calibration, relative to the spread of the measurements. An error above [`LARGE_SHARE`] is a fault.
