@@ -1,7 +1,9 @@
-//! Kinematic calibration on twelve simulated arms. Command: `cargo bench -p tests --bench calibration [DRAWS]`, 40 draws an arm.
+//! Tests the kinematic calibration on twelve simulated arms: intervals, prediction errors, and named mistakes. Command:
+//! `cargo bench -p tests --bench calibration [DRAWS]`, 40 draws an arm.
 //!
-//! Each draw has errors of the geometry of 0.5 mm and 0.5 mrad, zeros up to 2 degrees, random frames, and 60 postures with noise
-//! of 0.02 to 1 mm (mrad). Full poses and positions of one point take turns.
+//! Each draw has errors of the geometry of 0.5 mm and 0.5 mrad, zeros up to 2 degrees, random frames, and 60 postures with
+//! noise of 0.02 to 1 mm (mrad). Measured are full poses in one half of the draws, and positions of one point in the other
+//! half.
 //!
 //! | column | meaning |
 //! |---|---|
@@ -11,8 +13,8 @@
 //! | left out | printed error on postures left out over the true error of new measurements, median |
 //! | wrong | wrong tables that are named with the correction that cures them; all of them; those with a yes |
 //!
-//! `covered` is to be 92 to 97 %. The intervals of a draw are correlated, so a draw counts as a cluster: with 40 draws, the standard
-//! deviation of the share is 1 to 1.5 % instead of the 0.8 % of a binomial distribution of 720 intervals.
+//! `covered` should be 92 to 97 %. The intervals of a draw are correlated, so a draw counts as a cluster: with 40 draws, the
+//! standard deviation of the share is 1 to 1.5 % instead of the 0.8 % of a binomial distribution of 720 intervals.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -25,7 +27,7 @@ use nalgebra::{DMatrix, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use random::Random;
 use robot::Robot;
 
-/// The arms: name, and its links as YAML.
+/// The arms: name, and a list of links in the form that `robot` reads.
 const ARMS: [(&str, &str); 12] = [
     ("6R wrist", "-,0,0,R,0|1,-pi/2,0.15,R,0|2,0,0.6,R,0|3,-pi/2,0.1,R,0.65|4,pi/2,0,R,0|5,-pi/2,0,R,0"),
     ("6R parallel", "-,0,0,R,0.13|1,pi/2,0,R,0|2,0,0.61,R,0|3,0,0.57,R,0.11|4,pi/2,0,R,0.12|5,-pi/2,0,R,0"),
@@ -53,7 +55,7 @@ const ARMS: [(&str, &str); 12] = [
     ("6R tilted", "-,0,0,R,0.4|1,-pi/4,0.15,R,0|2,0,0.6,R,0|3,-pi/2,0.1,R,0.6|4,pi/2,0,R,0|5,-pi/2,0,R,0"),
 ];
 
-/// A robot of a list of links: antecedent, alpha, d, joint (R, P), r.
+/// Makes a robot from a list of links, each with: antecedent, alpha, d, type of the joint (R revolute, P prismatic), r.
 fn robot(name: &str, links: &str) -> Robot {
     let all: Vec<Vec<&str>> = links.split('|').map(|link| link.split(',').collect()).collect();
     let names: Vec<String> = (1..=all.len()).map(|k| format!("q{k}")).collect();
@@ -78,7 +80,7 @@ fn turned(vector: Vector3<f64>) -> Matrix3<f64> {
     Rotation3::new(vector).into_inner()
 }
 
-/// A problem with random postures, and the truth.
+/// A calibration problem with random postures, and the true values of all unknowns.
 fn drawn(robot: &Robot, kind: MeasurementKind, count: usize, random: &mut Random) -> (Problem, Unknowns) {
     let tip = robot.link_ids().last().expect("a link");
     let chain = Chain::new(robot, tip, Convention::Dh).expect("an open chain");
@@ -107,7 +109,7 @@ fn drawn(robot: &Robot, kind: MeasurementKind, count: usize, random: &mut Random
     (problem, truth)
 }
 
-/// What the true robot measures, with noise.
+/// The problem with the measurements of the true robot, with noise.
 fn measured(problem: &Problem, truth: &Unknowns, noise: f64, random: &mut Random) -> Problem {
     let mut of = |posture: &Posture| {
         let pose = truth.base.then(&problem.chain.pose(&posture.q, &posture.torque, &truth.chain));
@@ -139,7 +141,7 @@ fn calibrated(robot: &Robot, problem: &Problem, what: Calibrated) -> Calibration
     calibrate_table(robot, &table(problem, robot), &request, None).unwrap_or_else(|e| panic!("{}: {e}", robot.name))
 }
 
-/// Rank of the numerical Jacobian of the residuals at the truth.
+/// Rank of the Jacobian of the residuals at the true values, by differences.
 fn numerical_rank(problem: &Problem, at: &Unknowns) -> usize {
     let all: Vec<usize> = (0..problem.postures.len()).collect();
     let step = 1e-5;
@@ -171,7 +173,7 @@ struct Sums {
     left_out: Vec<f64>,
 }
 
-/// One draw: rank, coverage, and the error of new postures.
+/// Evaluates one draw: rank, coverage of the intervals, and error on new postures.
 fn draw(robot: &Robot, seed: u64, sums: &mut Sums) {
     let mut random = Random::new(seed);
     let kind = if seed.is_multiple_of(2) { MeasurementKind::Pose } else { MeasurementKind::Points(1) };
@@ -186,13 +188,13 @@ fn draw(robot: &Robot, seed: u64, sums: &mut Sums) {
     let ideal = without_noise.parameters(without_noise.level());
     let (inside, intervals) = (sums.inside, sums.intervals);
     for p in found.parameters(level).iter().filter(|p| p.parameter.group() != ParameterGroup::Frames) {
-        // The true base parameters are those that the same measurements without noise give.
+        // The true base parameters are found by a calibration with the same measurements without noise.
         let expected = ideal.iter().find(|q| q.parameter == p.parameter).map_or(f64::NAN, |q| q.value);
         sums.inside += usize::from((p.value - expected).abs() < p.interval);
         sums.intervals += 1;
     }
     sums.shares.push((sums.inside - inside) as f64 / (sums.intervals - intervals).max(1) as f64);
-    // New postures: the error of the calibrated robot against the bound, and against the printed error.
+    // On new postures, the error of the calibrated robot is compared with the bound and with the printed error.
     let (fresh, _) = drawn(robot, kind, 100, &mut random);
     let exact = measured(&fresh, &truth, 0.0, &mut random);
     let all: Vec<usize> = (0..100).collect();
@@ -210,7 +212,8 @@ fn draw(robot: &Robot, seed: u64, sums: &mut Sums) {
     sums.left_out.push(length / error.hypot(noise));
 }
 
-/// Wrong tables of an arm: named with their cure, and with a yes.
+/// Makes wrong tables of an arm. Returns how many are named with the correction that cures them, how many there are, and how
+/// many get the verdict "yes".
 fn wrong(robot: &Robot, seed: u64) -> [usize; 3] {
     let mut random = Random::new(seed);
     let (problem, truth) = drawn(robot, MeasurementKind::Pose, 40, &mut random);

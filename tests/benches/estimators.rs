@@ -2,6 +2,9 @@
 //!
 //! Arguments: number of draws (50; at most 10 for the PUMA), scenarios (all), and tables `R3G`, `R3B`, `gains`, `RACE`, `PUMA560`
 //! (all).
+//!
+//! RIST-MH: the estimator in the frequency domain. R3G, R3B: arms with three revolute axes, with and without gravity; RACE,
+//! PUMA560: other simulated robots (`tests::benchmark`). The scenarios differ in sensors and friction.
 
 use experiments::plan::exchange::{Criterion, SearchEffort, exchange};
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;
@@ -83,7 +86,7 @@ fn gains_of_r3g(draws: usize, scenario: &dyn Fn(&str) -> bool) {
         gains(&format!("{name} kt3 known, equation (5)"), &fixture, &THIRD, &equation_5(), draws);
         gains(&format!("{name} kt3 known"), &fixture, &THIRD, &HarmonicOptions::default(), draws);
     }
-    // A load of 2 kg needs 24 N m of the third drive. Its limit is 15 N m, so all torque limits are raised.
+    // A load of 2 kg needs 24 N m of the third drive, whose limit is 15 N m. So all torque limits are raised.
     arm.drives.greatest_torque.iter_mut().for_each(|t| *t *= 3.0);
     for s in Scenario::all(&arm).into_iter().filter(|s| s.name != "S1-PD" && scenario(s.name)) {
         let masses: &[f64] = if s.name == "S1" { &[0.25, 0.5, 1.0, 2.0] } else { &[1.0] };

@@ -1,6 +1,8 @@
 //! Runs `rist excite` with default settings for known arms and for the serial robots of models/. It prints the time, what was
 //! proven, and the violations of limits at a hundred times the sampling rate: `cargo bench -p tests --bench excite`. Arguments
 //! select robots by name.
+//!
+//! A motion is violated at a sample if position, velocity, acceleration or jerk of a joint exceeds its limit.
 
 use std::path::Path;
 use std::time::Instant;

@@ -2,6 +2,8 @@
 //!
 //! It needs valgrind and gungraun-runner (`cargo install gungraun-runner`). The number of instructions does not depend on other
 //! programs. Callgrind supports AVX2 with FMA, but not AVX-512.
+//!
+//! Compiled code of a robot is in the crate `generated`; it evaluates one state, or eight states at once.
 
 #![allow(unused_qualifications, reason = "gungraun's macros name what they import")]
 

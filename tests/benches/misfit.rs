@@ -1,5 +1,5 @@
-//! RIST-MH on robots with defects that its model does not contain: how often rist names the cause; errors and coverage of fits
-//! without and with columns that model the defect.
+//! Tests RIST-MH (the estimator in the frequency domain) on robots with defects that its model does not contain: how often the
+//! program names the cause; errors and coverage of fits without and with columns that model the defect.
 //!
 //! `cargo bench -p tests --bench misfit -- [DRAWS] [SEED] [NAME]`. Printed are |X^ - X| / |X|, %, median over the draws (X^:
 //! estimate, X: true base parameters), and the coverage of the 95 % intervals of the base parameters.

@@ -1,5 +1,5 @@
-//! What the observer and the load of `rist replay` find, over random logs of five arms at work. Command: `cargo bench -p tests
-//! --bench online [HOURS] [PUSHES] [LOADS]`.
+//! Tests what `rist replay` finds (external torques, contacts, loads) in random logs of five arms at work. Command:
+//! `cargo bench -p tests --bench online [HOURS] [PUSHES] [LOADS]`.
 //!
 //! The bodies differ by up to 15 % from the description. Each arm is identified from a log of 60 s. All other logs are new: slow
 //! and fast motion with reversals, noise on torques and velocities, viscous and Coulomb friction.
@@ -108,8 +108,8 @@ fn main() {
     loaded(&arms, loads);
 }
 
-/// The replay of one push of `seconds`; the time at which it begins, s; the index of the touched link, and of the joint with the
-/// largest torque.
+/// Replays a log with one push of `seconds` s. Returns the replay, the time at which the push begins (s), the index of the
+/// touched link, and the index of the joint with the largest torque.
 fn pushed_once(arms: &[(&str, Arm)], torque: f64, draw: u64, seconds: f64) -> (Replay, f64, [usize; 2]) {
     let (_, arm) = &arms[draw as usize % arms.len()];
     let mut random = Random::new(7000 + draw);

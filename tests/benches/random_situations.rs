@@ -1,4 +1,5 @@
-//! How often a "yes" of `rist identify` is wrong: random robots, motions, noise, defects and gross faults.
+//! Tests how often a "yes" of `rist identify` (the program trusts its estimate) is wrong, with random robots, motions, noise,
+//! defects and gross faults.
 //!
 //! `cargo bench --profile dev -p tests --bench random_situations -- [COUNT] [from SEED] [each] [predicted]`: prints counts.
 //! `each`: prints every situation with the reasons. `predicted`: only the first log is fitted, and it predicts the other one

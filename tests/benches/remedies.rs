@@ -1,5 +1,5 @@
-//! Whether `rist doctor` names the true cause of a mistake in a log, and whether its remedy corrects the log: random robots, each
-//! log with one mistake.
+//! Tests whether `rist doctor` names the true cause of a mistake in a log, and whether its remedy corrects the log. The robots
+//! are random, and each log has one mistake.
 //!
 //! `cargo bench --profile dev -p tests --bench remedies -- [COUNT] [from SEED] [each] [doctor]`: prints counts. `each`: prints
 //! every situation. `doctor`: does not run `rist identify`. `cargo bench --profile dev -p tests --bench remedies -- seed SEED`:

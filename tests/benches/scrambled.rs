@@ -1,7 +1,7 @@
-//! How logs with random names, units, order, shape and clock are read.
+//! Tests how logs with random names, units, order of columns, file shape and clock are read (`tests::scrambled`).
 //!
-//! `cargo bench --profile dev -p tests --bench scrambled -- [COUNT] [each]`: counts of the outcomes; `each`: prints every log. Fails
-//! if a signal is wrong in silence.
+//! `cargo bench --profile dev -p tests --bench scrambled -- [COUNT] [each]`: counts of the outcomes; `each`: prints every log.
+//! Fails if a signal is wrong and neither a proposal nor the log check mentions it.
 
 use tests::scrambled::{Outcome, Scrambled, arm};
 

@@ -1,4 +1,7 @@
 //! Checks a motion against its limits at dense samples.
+//!
+//! A motion is proved to keep its limits at all times; here, this is tested independently, at many more samples than in its
+//! file.
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::limits::LimitKind;
@@ -20,7 +23,7 @@ pub fn violations(artefact: &ExcitingMotion, times: f64) -> (usize, usize) {
             for (x, joint) in state.iter().zip(&artefact.joints) {
                 for (x, kind) in x.iter().zip(LimitKind::KINEMATIC) {
                     let (low, high) = joint.limits.bounds(kind).expect("every joint has it");
-                    // Allowance for the rounding of the sum, which the proof includes.
+                    // The proof allows for rounding errors when the harmonics are summed, so this test allows for them too.
                     let rounding = 1e-12 * (high - low);
                     beyond += usize::from(*x < low - rounding || *x > high + rounding);
                 }

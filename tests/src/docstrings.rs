@@ -1,4 +1,7 @@
 //! Copies the docstrings of the Python package from its Rust sources to its stub file, where editors find them.
+//!
+//! A stub (.pyi) declares the classes and functions of the package. The macro `artefact!` generates methods that several
+//! classes have in common.
 
 use std::collections::{BTreeMap, BTreeSet};
 

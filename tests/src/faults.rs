@@ -1,4 +1,6 @@
 //! Usual mistakes in logs, which are added to a correct log.
+//!
+//! Each mistake comes with a function that tests whether a finding of the log check (`rist doctor`) names it.
 
 use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::log_check::finding::{ColumnKind, Fault};
@@ -112,7 +114,8 @@ pub fn injected(
     add("two joints swapped", swapped, &pair, is(Fault::Of(Hypothesis::SwappedMotions(pair[0], pair[1]), 0.0)));
     let permuted = changed(good, |l| [&mut l.q, &mut l.dq, &mut l.tau].into_iter().for_each(|x| x[..3].rotate_left(1)));
     add("three joints permuted", permuted, &[0, 1, 2], is(Fault::Permuted(ColumnKind::All)));
-    // Doctor computes the delay from differences over 20 ms and more. So it may be wrong by up to a third.
+    // The log check (`rist doctor`) computes the delay from differences over 20 ms and more. So it may be wrong by up to a
+    // third.
     let is_late = move |f: &Fault| matches!(f, Fault::Of(Hypothesis::Late(None), s) if (s - delay).abs() < delay / 3.0);
     add("late torques", late(good, rows), &[], Box::new(is_late));
     let weightless = changed(good, |l| {

@@ -1,4 +1,6 @@
 //! Evaluates the assignments of a printed formula file, in plain text, MATLAB or LaTeX.
+//!
+//! So the test can compare the printed formulas with the functions of the library, as numbers.
 
 use std::collections::HashMap;
 

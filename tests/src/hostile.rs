@@ -1,5 +1,7 @@
 //! The hostile files with which the robustness of rist was tested (`../shared/findings/inputs/hardening`), and the command that
 //! reads each file.
+//!
+//! Hostile files are made to crash a reader, or to exhaust time or memory.
 
 use std::path::{Path, PathBuf};
 

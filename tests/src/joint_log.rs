@@ -1,4 +1,7 @@
 //! Simulates logs of any robot. The torques are from an independent Newton-Euler recursion. Each joint moves by its own sines.
+//!
+//! Standard parameters: ten inertial parameters of each link, and rotor inertias. Nominal parameters are those of the
+//! description.
 
 use std::path::Path;
 
@@ -152,7 +155,7 @@ pub fn write(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f6
     write_measured(path, robot, x, amplitude, noise, 0.0);
 }
 
-/// The same as [`write()`], with white noise on the positions. `encoder`: its standard deviation, rad (m).
+/// Writes a log like [`write()`], with white noise on the positions. `encoder`: standard deviation of this noise, rad (m).
 pub fn write_measured(path: &Path, robot: &Robot, x: &[f64], amplitude: &[f64], noise: f64, encoder: f64) {
     let machine = Machine { noise, encoder, ..Machine::exact(robot, x, amplitude) };
     let names: Vec<String> = robot.coordinates.iter().map(|c| c.name.clone()).collect();
@@ -176,7 +179,7 @@ pub fn swinging(robot: &Robot, x: &[f64], amplitude: f64, delay: f64) -> JointLo
     swinging_by(robot, x, &vec![amplitude; robot.n_coordinates()], delay)
 }
 
-/// The same as [`swinging`], with a separate amplitude for each joint, rad (m).
+/// A log like [`swinging`], with a separate amplitude for each joint, rad (m).
 pub fn swinging_by(robot: &Robot, x: &[f64], amplitude: &[f64], delay: f64) -> JointLog {
     let n = robot.n_coordinates();
     let share = |k: usize| (1.0 - k as f64 / n as f64).powi(2) + 0.05;

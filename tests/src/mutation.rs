@@ -26,7 +26,7 @@ fn allowance_kib(bytes: usize) -> usize {
 
 /// A file that is changed at random, and the commands that read it. `{}` in a command stands for the file.
 pub struct Seed {
-    /// Name of the file. Its extension tells the program the format.
+    /// Name of the file. The program recognises the format by the extension of the name.
     pub name: String,
     pub bytes: Vec<u8>,
     pub commands: Vec<Vec<String>>,

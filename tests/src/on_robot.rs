@@ -1,4 +1,6 @@
 //! Logs of a robot at work: slow and fast motion with reversals, pushes on a link, a load that is picked up and put down.
+//!
+//! The logs are for tests of `rist replay` (observer of external torques, contact, load, drift of friction).
 
 use linear_model::standard_map::StandardMap;
 use logs::{Log, LogSource};
@@ -11,18 +13,18 @@ use crate::joint_log::even_log;
 /// A push on a link.
 #[derive(Clone, Debug)]
 pub struct Push {
-    /// Index of the link, and of the joint that moves it.
+    /// Index of the pushed link, which is also the index of the joint that moves this link.
     pub link: usize,
     /// First and last time, s.
     pub from: f64,
     pub to: f64,
-    /// A constant force that the link exerts, in its frame, N.
+    /// A constant force that the link exerts on the environment, in the frame of the link, N.
     pub force: [f64; 3],
     /// If given, the force is scaled so that its largest joint torque at the beginning is this, N m.
     pub largest: Option<f64>,
 }
 
-/// A load on the last link, from a time to another, s.
+/// A load that the last link carries from the time `from` to the time `to`, s.
 #[derive(Clone, Debug)]
 pub struct Carried {
     pub from: f64,
@@ -30,13 +32,13 @@ pub struct Carried {
     pub load: KnownLoad,
 }
 
-/// What is simulated.
+/// The robot, its motion, and the pushes and loads that are simulated.
 #[derive(Clone)]
 pub struct Scene<'a> {
     pub model: &'a Model,
-    /// Base parameters X of the machine.
+    /// Base parameters X of the simulated robot.
     pub x: Vec<f64>,
-    /// FV, FS and OFF of each joint.
+    /// Viscous friction FV, Coulomb friction FS and offset OFF of each joint.
     pub friction: Vec<[f64; 3]>,
     pub seed: u64,
     pub seconds: f64,
@@ -50,7 +52,7 @@ pub struct Scene<'a> {
     pub loads: Vec<Carried>,
 }
 
-/// Velocity within which Coulomb friction of the machine changes its sign, rad/s.
+/// Range of velocity within which the Coulomb friction of the simulated robot changes its sign, rad/s.
 const REVERSAL: f64 = 0.003;
 
 /// Distance of the point of a push from the origin of its link, along each axis, m.
@@ -136,7 +138,8 @@ impl Scene<'_> {
                     if torque.abs() > largest[k].0 {
                         largest[k] = (torque.abs(), j);
                     }
-                    // The wrench of `external-torque` is what the link exerts, so the motors must add its torques.
+                    // The function `external-torque` takes the wrench that the link exerts, so the motors must supply its
+                    // torques additionally.
                     pushed[j] += torque;
                 }
             }
@@ -157,8 +160,9 @@ impl Scene<'_> {
     }
 }
 
-/// The time of the motion at a time of the log, s, its rate and the change of its rate: the robot moves at full speed, slowly, and
-/// nearly stops, every twenty seconds.
+/// The motion is a function of its own time, which runs at a variable rate: within every twenty seconds, the robot moves at
+/// full speed, slowly, and nearly stops. Returns the time of the motion (s), its rate, and the change of its rate at a time of
+/// the log (s).
 fn clock(t: f64) -> (f64, f64, f64) {
     let w = std::f64::consts::TAU / 20.0;
     (0.55 * t - 0.45 / w * (w * t).cos(), 0.55 + 0.45 * (w * t).sin(), 0.45 * w * (w * t).cos())

@@ -1,4 +1,6 @@
 //! Simulates logs of an arm with two joints in a vertical plane. The torques are from an independent Newton-Euler recursion.
+//!
+//! The log is a list of text lines in CSV: time, then positions, velocities and torques.
 
 use std::path::Path;
 

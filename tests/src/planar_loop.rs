@@ -1,4 +1,6 @@
 //! A planar loop: a crank, a rod, and a rocker or slider. Its closure is solved independently of the program.
+//!
+//! The passive variables are the joint positions that the closure determines.
 
 use nalgebra::{Matrix2, Vector2};
 

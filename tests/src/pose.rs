@@ -1,4 +1,6 @@
 //! Frames as products of six elementary transforms, and vectors in space. Their entries are [`Number`]s, which carry derivatives.
+//!
+//! J: inertia of a body; R: rotation of its frame.
 
 use robot::{JointKind, ModifiedDh, Robot, Value};
 

@@ -1,4 +1,6 @@
 //! Builds the program `rist`, and runs it as a user does.
+//!
+//! A run is the output and the exit code of one call of the program.
 
 use std::collections::BTreeSet;
 use std::io::Write;

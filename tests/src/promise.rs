@@ -1,5 +1,8 @@
 //! Tests whether predicted standard deviations of parameters are correct. For an exciting motion, the covariance that is computed
 //! from the motion is compared with the errors of parameters that are identified from simulated logs of this motion.
+//!
+//! rist excite prints the predicted standard deviations with its motion (the "promise"). Coverage: share of the 95 % intervals
+//! that contain the true value. A draw is one simulated log with its own noise.
 
 use experiments::excitation::artefact::ExcitingMotion;
 use experiments::excitation::visibility::JointNoise;

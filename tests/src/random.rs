@@ -1,4 +1,6 @@
 //! Random states and parameters, from a seed.
+//!
+//! Standard parameters: ten inertial parameters of each link, and rotor inertias.
 
 use ::random::SplitMix;
 

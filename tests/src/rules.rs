@@ -1,4 +1,6 @@
 //! Evaluates printed rules for base parameters, such as `XXR2 = XX2 - YY2 - D2^2*(M3 + M4)`.
+//!
+//! A test compares these coefficients with the coefficients that the library computes.
 
 use std::collections::BTreeMap;
 

@@ -1,8 +1,9 @@
-//! A log with random names, units, order, shape and clock, and whether it is read rightly.
+//! Makes logs with random names, units, order of columns, file shape and clock, and tests whether each log is read correctly.
 //!
-//! The log is that of a simulated arm of three joints. A log is read by the names of its columns, or by the proposal of
-//! `rist columns`, and the signals in SI are compared with the simulated ones. A wrong signal is silent if no proposal and no
-//! finding of `rist doctor` speaks of it.
+//! Each log is from a simulated arm with three joints. It is read by the names of its columns, or by the proposal of
+//! `rist columns` (names and units that the program proposes). The signals that were read, in SI units, are compared with the
+//! simulated signals. A wrong signal is silent if neither a proposal nor a finding of the log check (`rist doctor`) mentions
+//! it.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -16,10 +17,10 @@ use crate::random::Random;
 
 /// Amplitudes of the joints, rad.
 const AMPLITUDES: [f64; 3] = [1.1, 0.8, 0.9];
-/// Largest relative difference of a signal that was read from the simulated one. Cells have nine digits, whole ticks of a clock
-/// 1 us.
+/// Largest relative difference between a signal that was read and the simulated signal. Cells have nine digits, and times are
+/// rounded to 1 us.
 const TOLERANCE: f64 = 1e-4;
-/// The rate of the logs, Hz.
+/// Sampling rate of the logs, Hz.
 const RATE_HZ: f64 = 125.0;
 const DEG: f64 = std::f64::consts::PI / 180.0;
 
@@ -43,13 +44,13 @@ const NAMES: [[&str; 4]; 16] = [
     ["stamp", "th{}", "omega{}", "u{}"],
 ];
 
-/// Units of a quantity: the texts of a header, and SI per unit. The first is SI.
+/// Units of each quantity: the text in a header, and the factor to the SI unit. The first unit is the SI unit.
 const POSITION_UNITS: [(&str, f64); 2] = [("rad", 1.0), ("deg", DEG)];
 const VELOCITY_UNITS: [(&str, f64); 3] = [("rad/s", 1.0), ("deg/s", DEG), ("rpm", std::f64::consts::PI / 30.0)];
 const TORQUE_UNITS: [(&str, f64); 5] = [("Nm", 1.0), ("Nm", 1.0), ("Nm", 1.0), ("Nm", 1.0), ("mNm", 1e-3)];
 const TIME_UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
-/// The shape of a file.
+/// The arrangement of the numbers in a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
     Comma,
@@ -78,32 +79,32 @@ const SHAPES: [Shape; 10] = [
 pub struct Scrambled {
     text: String,
     truth: JointLog,
-    /// The choices, for reports.
+    /// The random choices as text, for reports.
     pub choices: String,
-    /// Whether a torque is reversed, or in a unit that no header names.
+    /// Whether a torque has the wrong sign, or a unit that no header names.
     pub has_hidden_fault: bool,
 }
 
 /// How a log was read.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
-    /// Rightly, by the names.
+    /// Correctly, by the names of the columns.
     ByName,
-    /// Rightly, by the proposal as it is printed.
+    /// Correctly, by the proposal as it is printed.
     ByProposal,
-    /// Rightly, by the proposal, after it asked for the rate.
+    /// Correctly, by the proposal. The program first asked for the sampling rate.
     WithRate,
-    /// Not: the proposal says what is missing, or the file is refused.
+    /// Not at all: the proposal names what is missing, or the file is refused. The text is the message.
     Asked(String),
-    /// A signal is wrong, and the log check contradicts.
+    /// A signal is wrong, and the log check has a finding. The text names the signal.
     Contradicted(String),
-    /// A signal of the proposal is wrong, and the log check does not contradict.
+    /// A signal of the proposal is wrong, and the log check has no finding. The text names the signal.
     ProposedWrongly(String),
-    /// A signal is wrong in silence.
+    /// A signal is wrong, and nothing mentions it. The text names the signal.
     Silent(String),
 }
 
-/// The signals of the arm, with friction and noise, at [`RATE_HZ`].
+/// The simulated signals of the arm, with friction and noise, sampled at [`RATE_HZ`].
 fn simulated(model: &Model) -> JointLog {
     let parameters = model.nominal_standard_parameters().unwrap_or_default();
     let machine = Machine {
@@ -117,7 +118,7 @@ fn simulated(model: &Model) -> JointLog {
     machine.log().every(4)
 }
 
-/// The arm of the logs.
+/// The arm that the logs are from.
 pub fn arm() -> Model {
     let bodies = [
         ("base", "", ""),
@@ -158,7 +159,7 @@ struct Column {
 }
 
 impl Scrambled {
-    /// The log of a seed.
+    /// Makes the log for a seed.
     pub fn of(model: &Model, seed: u64) -> Scrambled {
         let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
         let truth = simulated(model);
@@ -200,7 +201,7 @@ impl Scrambled {
                 columns.push(Column { header, values: x.iter().map(|x| x / units[k].1).collect() });
             }
         }
-        // Signals that are not measured, or of something else.
+        // Decoys: set points, which are not measured, and temperatures.
         if random.unit() < 0.5 && shape != Shape::Headerless {
             for j in 0..3 {
                 let values = truth.q[j].iter().map(|q| (q + 0.01) / units[1].1).collect();
@@ -219,7 +220,7 @@ impl Scrambled {
         Scrambled { text: text(&columns, shape), truth, choices, has_hidden_fault }
     }
 
-    /// How the log is read; `path`: a file that is written.
+    /// Writes the log to the file `path`, reads it, and returns how it was read.
     pub fn outcome(&self, model: &Model, path: &Path) -> Outcome {
         std::fs::write(path, &self.text).unwrap_or_else(|e| panic!("{e}"));
         let table = match Table::read(path) {
@@ -235,7 +236,7 @@ impl Scrambled {
         if mapping.is_none() {
             return Outcome::Asked(missing.join("; "));
         }
-        // The proposal is obeyed as it is printed.
+        // The printed proposal is used as the file of options.
         let is_by_name = columns.is_empty() && units.is_empty();
         let text = if is_by_name { String::new() } else { proposal.to_string() };
         let options = Options::parse("options.yaml", &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
@@ -260,7 +261,7 @@ impl Scrambled {
         }
     }
 
-    /// The first signal that differs from the simulated one.
+    /// The first signal that differs from the simulated signal; `None` if all signals agree.
     fn wrong(&self, table: &Table, mapping: &Columns) -> Option<String> {
         let of =
             |column: usize, factor: f64| -> Vec<f64> { table.columns[column].iter().map(|x| factor * x).collect() };
@@ -332,7 +333,7 @@ fn text(columns: &[Column], shape: Shape) -> String {
     }
 }
 
-/// A table where columns that differ by a number are lists.
+/// The text of a table in which columns whose names differ only by a number are one column of lists.
 fn lists(columns: &[Column], cell: &dyn Fn(f64) -> String) -> String {
     let stem = |header: &str| -> String {
         header.trim_end_matches(|c: char| c.is_ascii_digit() || matches!(c, ']' | '[' | '_')).to_string()

@@ -1,4 +1,6 @@
 //! URDF texts of random trees.
+//!
+//! The trees are for tests and benches of large robots.
 
 use std::fmt::Write;
 

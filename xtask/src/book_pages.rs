@@ -1,4 +1,6 @@
 //! Reads the pages of the book (titles, anchors and links), and checks that the target of each link exists.
+//!
+//! The pages are those of docs/ and some pages of the root folder. An anchor is the name of a heading in a link.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};

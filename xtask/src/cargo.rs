@@ -1,4 +1,6 @@
 //! Runs commands for the tasks, and finds the folders of the repository and of its builds.
+//!
+//! A command is run as a separate process; if it fails, the task fails with a message.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,4 +1,8 @@
 //! Reads and writes the artefacts of the commands: plans, motions, estimates and others.
+//!
+//! An artefact is a result that one command writes as a file and another command reads: a plan (experiments), an exciting
+//! motion, an estimate (identified parameters with standard deviations). Each file states the model with which it was made, and
+//! reading fails if this is another model. Outputs are written completely or not at all, and never over an input.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,7 @@
 //! `rist check`: proves whether a motion keeps its limits, between samples too.
+//!
+//! Input: a motion, a plan of experiments, or points from another program. Output: the certificate (for each limit, a proven
+//! bound of the motion) and the requirements that the certificate does not cover.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,7 @@
 //! `rist columns`: proposes which column of a log is which signal, as lines for the file of options.
+//!
+//! Input: a log and a description, which gives the names of the joints. Each printed line has its reason. If a signal is
+//! missing, the exit code is 1.
 
 use std::path::PathBuf;
 

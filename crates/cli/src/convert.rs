@@ -1,4 +1,7 @@
 //! `rist convert`: writes a description in another format, or its parameters in another convention.
+//!
+//! A convention defines the frame and the point to which inertial parameters refer, for example the link frame or the centre of
+//! mass.
 
 use std::path::PathBuf;
 

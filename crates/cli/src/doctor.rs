@@ -1,4 +1,7 @@
 //! `rist doctor`: checks before a fit whether a log belongs to a description.
+//!
+//! Output: the findings, each a probable mistake in the log or the description (a unit, a sign, a zero, exchanged columns) with
+//! its remedy; then the properties that agree, and the properties that the log cannot determine.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;

@@ -1,4 +1,6 @@
 //! `rist evaluate`: computes the regressor or the torque at given states.
+//!
+//! Input: a description, and a CSV file with one state per row. Output: CSV with one row per state, on standard output.
 
 use std::path::PathBuf;
 

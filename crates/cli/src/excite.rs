@@ -1,4 +1,7 @@
 //! `rist excite`: searches a motion that makes the parameters of a model identifiable, within proved limits.
+//!
+//! The motion is written as YAML with its certificate (for each limit, a proven bound of the motion), and, if the user asks for
+//! it, as samples for a controller and as an HTML page.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,6 @@
 //! The failure of a command: a message and an exit code.
+//!
+//! Exit code 2: the input cannot be used. Exit code 1: the command has an answer, and the answer is no.
 
 use std::fmt;
 use std::path::Path;

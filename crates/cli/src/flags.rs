@@ -1,4 +1,7 @@
 //! Generates the flags of a request from its table of fields, and reads the request from the given flags.
+//!
+//! A request is a struct with all options of a command (crate `rist`, `request!`); each field is one option, and becomes one
+//! flag of the command line.
 
 use std::marker::PhantomData;
 use std::ops::Deref;

@@ -1,4 +1,7 @@
 //! `rist generate`: writes functions of a robot as source code.
+//!
+//! If an estimate is given, its values become constants of the source. With
+//! `--as`, the output is a package: a folder with programs that run on a robot (wing `packages`).
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,7 @@
 //! `rist inspect`: shows base parameters, regrouping rules, operation counts and the evidence for the rank.
+//!
+//! The number of base parameters is the rank of the regressor. Evidence for the rank: the gap between the columns that are kept
+//! and the columns that are dropped, and an exact computation of the rank.
 
 use std::io::IsTerminal;
 

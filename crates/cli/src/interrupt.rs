@@ -1,5 +1,8 @@
 //! Handles Ctrl-C. The first Ctrl-C ends a search with the best result of the search; the second Ctrl-C ends the program. A
 //! file that is being written is completed first.
+//!
+//! `interruptible` runs a search that the first Ctrl-C may end. `undivided` runs work that no signal interrupts, such as
+//! writing a file.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock};

@@ -1,4 +1,7 @@
-//! `rist lint`: searches a description for frequent mistakes in inertial parameters.
+//! `rist lint`: searches a description for frequent mistakes in bodies and limits, and for differences between left and right.
+//!
+//! Output: the findings as text or JSON; with `--write`, also the description with repaired bodies. With findings, the exit
+//! code is 1.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,7 @@
 //! Command-line arguments for a model: its file, and the options for reading it.
+//!
+//! Reading gives the robot of the description; deriving computes its base parameters and its regressor, which may take some
+//! seconds. An artefact (plan, motion, estimate) stores the options with which its model was read.
 
 use std::path::PathBuf;
 

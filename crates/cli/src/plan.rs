@@ -1,4 +1,7 @@
 //! `rist plan`: plans experiments that identify the parameters of a model best.
+//!
+//! Input: a description. Output: a plan, that is a list of experiments (one motion each) in YAML. All motions of a plan are
+//! proved to keep their limits.
 
 use std::path::{Path, PathBuf};
 

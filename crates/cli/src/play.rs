@@ -1,4 +1,7 @@
 //! `rist play`: writes a motion for a controller, with paths from the robot's pose and back.
+//!
+//! Three segments are played: the path from the robot's pose to the start of the motion, the motion (possibly slowed down), and
+//! the path back. A file is written only if the limits are proved for all three segments.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,7 @@
 //! `rist replay`: runs observer, load and drift over a log.
+//!
+//! The observer computes the external torque of each joint. From these torques follow contacts, the load that the robot
+//! carries, and the drift of friction (the change since the identification). One cycle is one sample of the log.
 
 use std::path::{Path, PathBuf};
 

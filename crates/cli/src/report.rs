@@ -1,4 +1,7 @@
 //! `rist report`: writes an HTML page from artefacts and, for an estimate, from its logs.
+//!
+//! Artefacts are results that other commands write as files: plan, motion, estimate, validation. The logs are read again to
+//! draw torques and residuals (plot data).
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -114,8 +117,8 @@ fn check_parts(files: &ReportFiles) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The second estimate for a comparison, and the name of its file. Fails if its parameters are not comparable with those of the
-/// first estimate.
+/// The second estimate for a comparison, and the name of its file. Fails if the two estimates are of different models, because
+/// their parameters cannot be compared then.
 fn against(files: &ReportFiles, estimate: Option<&Estimate>) -> Result<Option<(String, Estimate)>, Failure> {
     let Some((other, path)) = artefact(&files.against, Estimate::from_yaml)?.zip(files.against.as_ref()) else {
         return Ok(None);

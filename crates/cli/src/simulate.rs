@@ -1,4 +1,7 @@
 //! `rist simulate`: simulates a plan or a motion, and writes logs.
+//!
+//! The motions are simulated in closed loop, with friction, noise and drive gains. Output: one log per motion (a record), and
+//! the true parameters as an estimate.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,7 @@
 //! `rist validate`: computes the prediction errors of an estimate on logs that were not fitted.
+//!
+//! For an estimate from the experiments of a plan, the logs are motions that `rist simulate` writes (v01.csv, ..). Such motions
+//! are read later than other logs, because another method predicts them.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,6 @@
 //! Prints the verdict at the end of a command, and determines the exit code.
+//!
+//! The verdict states whether to trust an estimate: yes, with care, or no. If it is no, the exit code is 1.
 
 use std::path::Path;
 

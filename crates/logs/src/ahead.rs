@@ -1,4 +1,6 @@
 //! Reads the rows of a file on a separate thread while earlier rows are added to blocks.
+//!
+//! A table holds some rows of named columns. A block is a larger range of rows that is stored or processed as a whole.
 
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;

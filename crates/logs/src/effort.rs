@@ -1,4 +1,7 @@
 //! The quantity of the efforts in a log: torques, or signals that a gain of each drive converts to torques.
+//!
+//! Effort is the common name for the signal that determines the torque of a joint: the torque itself, a motor current, or the
+//! position error of a servo (goal minus position).
 
 use serde::Serialize;
 

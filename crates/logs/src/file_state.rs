@@ -1,4 +1,6 @@
 //! Detects changes of a file while it is read.
+//!
+//! A file that is read in several passes must stay the same. Its length and its time of modification are compared.
 
 use std::path::Path;
 use std::time::SystemTime;

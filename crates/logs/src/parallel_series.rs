@@ -1,4 +1,6 @@
 //! Processes the series of a log in parallel threads.
+//!
+//! A series is one signal of one coordinate, with one number per sample.
 
 use processor::{in_parallel, threads};
 

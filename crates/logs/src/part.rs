@@ -1,4 +1,7 @@
 //! The rows of one block of a long log. They are in compressed blocks in memory, or are read from a file.
+//!
+//! A block has a fixed number of rows of the file. A series is one signal of one coordinate. The report on the cleaning of the
+//! whole log is collected block by block.
 
 use std::ops::Range;
 
@@ -34,7 +37,8 @@ impl BlockPart<'_> {
         }
     }
 
-    /// A log with time and positions of all samples. It also has the other series unless the rows are one compressed block.
+    /// A log with time and positions of all samples. If the rows are one compressed block, the log has no other series (to save
+    /// time); otherwise it has all series.
     pub(crate) fn positions(&self) -> Log {
         match self {
             BlockPart::Held([part]) => part.positions(),

@@ -89,7 +89,7 @@ fn of_source(file: &str, mut source: Source) -> Result<Opened<'static>, Error> {
         head.extend(source.head(HEAD_BYTES - MAGIC_BYTES).map_err(failed)?);
     }
     let is_table = content == FileFormat::Text && text_shapes::reader(&head).is_none();
-    // The head was consumed, so it is put back.
+    // The first bytes were taken from the source, so they are put back in front of it.
     let source = Cursor::new(head).chain(source);
     if let Some(LogReader::Stream { of_source, .. }) = content.reader() {
         return Ok(Opened::Rows { reader: of_source(file, Box::new(source))?, again });

@@ -208,7 +208,7 @@ pub struct LogStream {
 enum RowSource {
     /// In memory: one compressed log per block of the file.
     Held(Vec<PackedLog>),
-    /// In the file, which must not change.
+    /// The rows stay in the file and are read again. So the file must not change.
     File(PathBuf, FileState),
 }
 

@@ -91,7 +91,7 @@ mod tests {
 
     extern crate std;
 
-    /// A pendulum m l^2 ddq = tau - m g l sin q - f dq + tau_ext, by small explicit steps.
+    /// Simulates a pendulum with an observer, by small explicit steps: m l^2 ddq = tau - m g l sin q - f dq + tau_ext.
     fn pendulum(order: Order<f64>, external: impl Fn(f64) -> f64, period: f64) -> std::vec::Vec<(f64, f64)> {
         let (m, l, f) = (2.0, 0.5, 0.3);
         let (mut q, mut dq, mut observer) = (0.4_f64, 0.0_f64, Observer::new(order));
@@ -137,7 +137,7 @@ mod tests {
             let mut observer = Observer::new(order);
             for k in 0..1000 {
                 let r = observer.step(k as f64, 60.0, 0.01);
-                // dp/dt = 100, known 60: the external torque is 40.
+                // The momentum p grows by 100 N m and the known torque is 60 N m. So the external torque is 40 N m.
                 assert!(k < 100 || (r - 40.0).abs() < 1e-6, "{order:?} {k} {r}");
             }
             assert_eq!(observer.step(f64::NAN, 60.0, 0.01), 0.0);

@@ -230,7 +230,7 @@ mod tests {
                 squares[k] += ((load.parameters[k] - truth[k]) / load.sigma[k]).powi(2) / f64::from(draws);
             }
         }
-        // The mean of 300 squares of unit normals is 1 with a standard deviation of 0.08. The limit is four standard
+        // The mean of 300 squares of standard normal numbers is 1 with a standard deviation of 0.08. The limit is four standard
         // deviations.
         assert!(squares.iter().all(|s| (s - 1.0).abs() < 0.33), "{squares:?}");
     }

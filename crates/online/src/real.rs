@@ -1,4 +1,6 @@
 //! The numbers of the crate: f64 and f32, with the square root that `core` does not have.
+//!
+//! Each function of the crate is generic over this trait, so a controller can compute in single or double precision.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -12,9 +14,9 @@ pub trait Real:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// 0.
+    /// The number 0.
     const ZERO: Self;
-    /// 1.
+    /// The number 1.
     const ONE: Self;
     /// The nearest number to `x`.
     fn of(x: f64) -> Self;

@@ -49,7 +49,7 @@ impl<R: Real, const M: usize> Recursion<R, M> {
         self.right.iter_mut().for_each(|x| *x = *x * root_of_weight);
     }
 
-    /// z'z, with R x = z.
+    /// The sum of squares z'z that the estimate explains. z: right side of R x = z.
     pub fn explained_square(&self) -> R {
         self.right.iter().fold(R::ZERO, |sum, z| sum + *z * *z)
     }
@@ -111,7 +111,7 @@ mod tests {
                 squares[k] += (x[k] - truth[k]).powi(2) / variance / f64::from(draws);
             }
         }
-        // The mean of 400 squares of unit normals is 1 with a standard deviation of 0.07. The limit is four standard
+        // The mean of 400 squares of standard normal numbers is 1 with a standard deviation of 0.07. The limit is four standard
         // deviations.
         assert!(squares.iter().all(|s| (s - 1.0).abs() < 0.28), "{squares:?}");
     }

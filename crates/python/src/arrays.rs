@@ -1,4 +1,6 @@
 //! States as NumPy arrays. Inputs are not copied if they are float64 and row-major. Outputs are new arrays.
+//!
+//! A state has q, dq and ddq. An argument has the shape (N, n) for N states of n coordinates, or (n,) for one state.
 
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;

@@ -1,4 +1,6 @@
 //! The class `rist.BaseParameters`.
+//!
+//! It lists the base parameters of a model, with the rules by which they follow from the standard parameters.
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;

@@ -1,4 +1,7 @@
 //! The function `rist.calibrate`: errors of the geometry, zeros and compliances from measured poses.
+//!
+//! Input: a model and a table of measurements. Output: a dict with the calibration, a table of zeros, and a corrected URDF.
+//! Without a table, the function chooses postures that should be measured.
 
 use std::path::{Path, PathBuf};
 

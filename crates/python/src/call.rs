@@ -1,4 +1,7 @@
 //! Converts the keyword arguments of a Python call to the fields of a request, as the program does with its flags.
+//!
+//! A request is a struct with all options of a command (crate `rist`). Keywords that are not options of the request, such as
+//! callbacks or estimates, are the function's own.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;

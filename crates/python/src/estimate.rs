@@ -1,4 +1,7 @@
 //! The class `rist.Estimate`.
+//!
+//! An estimate has the identified parameters with standard deviations. The object also keeps the model of the fit, the
+//! identified bodies (ten inertial parameters per link), and the logs, which are read again for plots.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

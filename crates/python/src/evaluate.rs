@@ -1,4 +1,6 @@
 //! Evaluates functions of a model at states in NumPy arrays.
+//!
+//! A function is derived at its first use and then kept. States are evaluated in blocks; between two blocks, Ctrl-C is handled.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -1,4 +1,6 @@
 //! HTML tables and texts for notebooks.
+//!
+//! A notebook calls `_repr_html_` of an object to show it.
 
 /// A table with a title and a head row. The text of every cell is escaped.
 pub fn table(title: &str, head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {

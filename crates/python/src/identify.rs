@@ -1,4 +1,6 @@
 //! The functions `rist.identify` and `rist.doctor`: identify parameters from logs, and check logs.
+//!
+//! The state of an object is the content of its pickle.
 
 use std::path::PathBuf;
 

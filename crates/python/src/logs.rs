@@ -1,4 +1,7 @@
 //! Logs as Python arguments: paths, dicts of arrays, data frames.
+//!
+//! A log has the signals of all joints over time. Output: a path or a table of numbers, which can be used without the
+//! interpreter lock.
 
 use std::path::{Path, PathBuf};
 

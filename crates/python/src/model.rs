@@ -1,4 +1,7 @@
 //! The class `rist.Model`.
+//!
+//! A model is a robot description with derived dynamics. Functions that were derived once are kept. A pickle contains the text
+//! of the description and the reading options, and derives the model again.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

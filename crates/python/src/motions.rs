@@ -1,4 +1,7 @@
 //! The classes `rist.ExperimentPlan` and `rist.ExcitingMotion`.
+//!
+//! A plan is a list of experiments; an exciting motion is one motion of all joints. Both state their limits and can prove them
+//! again.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,6 @@
 //! The function `rist.replay`: runs observer, load and drift over a log.
+//!
+//! The observer computes the external torque of each joint; load and drift of friction follow from these torques.
 
 use std::path::Path;
 

@@ -1,4 +1,7 @@
 //! The class `rist.Verdict`.
+//!
+//! A verdict states whether to trust a result (yes, with care, no), overall and for each use of the result. Claims are single
+//! statements with their evidence.
 
 use std::collections::BTreeMap;
 

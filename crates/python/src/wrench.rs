@@ -1,4 +1,7 @@
 //! The function `rist.wrench`: identifies the load on a force-torque sensor.
+//!
+//! Input: a log with forces, torques and poses of the sensor. Output: a dict with the parameters of the load, the offsets of
+//! the sensor, and a verdict.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

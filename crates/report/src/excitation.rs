@@ -1,5 +1,8 @@
 //! The page section on an exciting motion: coordinates within their limits, path of the end effector, and the parameters that
 //! the motion makes identifiable.
+//!
+//! The certificate is the list of proven bounds, one row per limit. The script of the page redraws the charts; it finds the
+//! data of a line by its key.
 
 use experiments::excitation::artefact::{ExcitingMotion, certificate_summary};
 use experiments::excitation::limits::LimitKind;

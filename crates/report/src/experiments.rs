@@ -1,4 +1,8 @@
 //! The page sections on an experiment plan and on a validation.
+//!
+//! A plan is a list of experiments (motions) for an identification; a validation compares measured and predicted torques on
+//! motions that were not fitted. Both sections consist of sentences, table rows and charts. The checksum in the first line of a
+//! plan file shows whether somebody edited the file.
 
 use experiments::motion::reference_motion::Reference;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;

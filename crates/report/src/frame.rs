@@ -1,4 +1,7 @@
 //! The axes of a chart, and the conversion of values into SVG paths.
+//!
+//! Lengths are in tenths of a pixel. An envelope is a signal over time, given by the smallest and the largest value in each
+//! time span.
 
 use std::fmt::Write;
 

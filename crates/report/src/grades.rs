@@ -1,4 +1,7 @@
 //! Tables that show the trust in an estimate, by purpose and by joint, with the claims behind each grade.
+//!
+//! A claim is one statement on the log or the estimate with its evidence (agrees, contradicted, not determined). The grade of a
+//! cell is the level of trust or the level of evidence, shown as a colour.
 
 use claims::{Claim, EvidenceLevel, Outcome, Topic};
 use identification::estimate::artefact::Estimate;

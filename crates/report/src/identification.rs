@@ -1,4 +1,9 @@
 //! Makes the report page of an identification.
+//!
+//! Input: what is known on the identification ([`Page`]), each part optional: robot, plan, motion, estimate, plot data of the
+//! logs, validation, verdict. Output: one HTML file with a section for each part, and its charts as SVG. The script of the page
+//! redraws the lines over time; it finds the data of a line by the name of the time axis (logs, motion, validation) and by the
+//! key of the line.
 
 use ::experiments::plan::experiment_plan::ExperimentPlan;
 use gate::shown;

@@ -1,3 +1,5 @@
+//! Tests of the page of an identification: its structure, its texts, and its safety against names that contain HTML.
+
 use super::*;
 use identification::estimate::identified::{Deviations, Identified};
 use identification::estimate::validation::TorquePicture;

@@ -1,5 +1,7 @@
 //! A map of the correlations between parameters, and a table of leverages. A leverage is the share of one joint, or of one
 //! joint and time interval, in the information on a parameter.
+//!
+//! Numbers are encoded as letters, to keep the page small; the script of the page decodes them.
 
 use identification::plot_data::PlotData;
 use identification::plot_data::information::{Information, PARTS_OF_TIME};

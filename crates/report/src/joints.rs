@@ -1,4 +1,7 @@
 //! The page section on each joint: the components of its torque, the residual, and a test whether the residual is noise.
+//!
+//! The components of a torque are, for example, inertia, gravity and friction. Data held out is a part of the logs that is left
+//! out of the fit and predicted. The script of the page finds the data of a line by its key.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::autocorrelation::{NOISE_MEMORY_PERIODS, filtered_noise};

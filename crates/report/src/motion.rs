@@ -1,4 +1,6 @@
 //! Compares the motion in the logs with the joint limits, for the page.
+//!
+//! For each joint, the page shows which part of the ranges of position, speed and torque the motion uses, as bars.
 
 use identification::plot_data::PlotData;
 use robot::Robot;

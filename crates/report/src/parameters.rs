@@ -1,4 +1,6 @@
 //! The table of identified parameters, grouped by link, with interval, meaning and nominal value of each.
+//!
+//! sigma: standard deviation of a parameter. Nominal values are the values of the description.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,6 @@
 //! A figure as HTML: charts over one time axis, with a legend. The script of the page redraws them.
+//!
+//! The script finds the data of a line by its key.
 
 use serde::Serialize;
 

@@ -1,4 +1,7 @@
 //! Writes the page of a replayed log: contact, loads, drift of friction, and the external torque of each joint with its band.
+//!
+//! A replay runs the observer of external torques over a log. The band of a joint contains the external torques that occur
+//! without contact.
 
 use identification::plot_data::envelope::Envelope;
 use serde::Serialize;

@@ -1,4 +1,6 @@
 //! Writes the data sheet of a robot (links, base parameters, regrouping rules) as text, Markdown, LaTeX and HTML.
+//!
+//! Input: the content of the sheet ([`crate::sheet`]). Only the HTML page draws the robot.
 
 use std::fmt::Write;
 

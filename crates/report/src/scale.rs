@@ -1,6 +1,8 @@
 //! The scale of an axis: converts values into positions, and finds ticks at round numbers.
+//!
+//! A decade is a factor of ten on a logarithmic axis.
 
-/// The scale of an axis. Its two ends are never equal.
+/// The scale of an axis. The two ends of the axis are never equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     low: f64,
@@ -38,7 +40,7 @@ impl Scale {
         (self.low, self.high)
     }
 
-    /// The same axis with another length. Its middle stays.
+    /// The axis with another length and the same middle.
     pub(crate) fn of_length(self, length: f64) -> Scale {
         let middle = 0.5 * (self.low + self.high);
         Scale { low: middle - 0.5 * length, high: middle + 0.5 * length, ..self }

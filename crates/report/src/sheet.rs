@@ -1,5 +1,8 @@
 //! The data sheet of a robot: its links, the base parameters of each link with meaning, value and rule, and the base parameters
 //! that contain the inertial parameters of each link. [`crate::robot`] writes the sheet as text, Markdown, LaTeX and HTML.
+//!
+//! A regrouping rule states how a base parameter follows from standard parameters (the ten inertial parameters of each link,
+//! and rotor inertias). The variables of a robot are its coordinates and the passive joints of its loops.
 
 use std::collections::BTreeMap;
 

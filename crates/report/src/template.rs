@@ -12,7 +12,8 @@ pub(crate) fn rendered(template: &str, content: impl Serialize) -> String {
     environment(AutoEscape::Html).render_str(template, Serde(content)).unwrap_or_else(failed)
 }
 
-/// Renders a LaTeX template. Its filters `tex` and `tex_rule` escape texts and format rules.
+/// Renders a LaTeX template. In the template, the filter `tex` escapes texts, and the filter `tex_rule` formats regrouping
+/// rules.
 pub(crate) fn latex(template: &str, content: impl Serialize) -> String {
     let failed = |e: minijinja::Error| format!("this text could not be made: {e:#}\n");
     environment(AutoEscape::None).render_str(template, Serde(content)).unwrap_or_else(failed)

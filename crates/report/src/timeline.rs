@@ -6,6 +6,8 @@
 //! ```
 //! A letter is one of `>` to `~` without the backslash, so it needs no escape in JSON or in a page. The rounding error of a
 //! value is at most half a step: 1 / 8188 of the range of the line. The script `templates/plot.js` decodes the letters.
+//!
+//! A span is a short time interval; each line has its smallest and its largest value in every span.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,6 @@
-//! The error type of all steps (functions that correspond to commands of `rist`). The text of an error may advise another step:
-//! `[:doctor]`, or with arguments `[:validate MODEL LOG]`.
+//! The error type of all steps (functions that correspond to commands of
+//! `rist`). The text of an error may advise another step, written `[:doctor]`, or with arguments `[:validate MODEL LOG]`. The
+//! program shows this as `rist doctor`, Python as `rist.doctor`.
 
 use std::fmt;
 

@@ -1,4 +1,7 @@
 //! Writes the HTML page of an identification. It is one file.
+//!
+//! Input: [`PageRequest`], in which each part is optional. The plot data have the lines over time. The page names options as
+//! its reader writes them (program or Python).
 
 use report::comparison::OtherEstimate;
 use report::identification::{Page, Subject};
@@ -28,7 +31,7 @@ pub struct PageRequest<'a> {
     pub motion: Option<ShownMotion<'a>>,
     /// The estimated parameters.
     pub estimate: Option<&'a Estimate>,
-    /// Another estimate of the same model, with which the estimate is compared, and the name of the file of the other estimate.
+    /// Another estimate of the same model, which is compared with `estimate`: the name of its file, and its content.
     pub against: Option<(&'a str, &'a Estimate)>,
     /// Plot data of predicted logs: [`crate::fit::validation::plot_data`].
     pub plot_data: Option<&'a PlotData>,

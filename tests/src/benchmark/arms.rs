@@ -1,4 +1,6 @@
 //! The simulated robots with their drives, controllers, friction and sensors.
+//!
+//! R3G and R3B: three revolute axes, with and without gravity. RACE: a robot with loops.
 
 use experiments::simulate::closed_loop::{Drives, JointPd, Sensors};
 use linear_model::friction::law::FrictionLaw;

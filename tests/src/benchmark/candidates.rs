@@ -1,4 +1,7 @@
 //! The candidate experiments from which a plan is chosen.
+//!
+//! In a candidate, one joint swings fast with bang-bang acceleration (always the largest acceleration, with changing sign), and
+//! other joints move slowly or rest. R3G and R3B: arms with three revolute axes, with and without gravity.
 
 use experiments::motion::profile::Profile;
 use experiments::plan::candidates::{Candidate, CandidateGrid, MotionLimits, candidates};

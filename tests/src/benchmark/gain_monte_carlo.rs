@@ -1,5 +1,8 @@
 //! Errors of estimated drive gains over many draws of noise: bias, rms error, and the mean standard deviation that the estimate
 //! states.
+//!
+//! A drive gain is the torque per unit of current. RIST-MH is the estimator in the frequency domain, which estimates gains
+//! together with parameters.
 
 use std::fmt;
 

@@ -1,4 +1,6 @@
 //! Plans for the simulated robots: one that is given here, and plans that a search finds.
+//!
+//! A plan is a set of experiments, chosen among candidates. A search makes the determinant of its information matrix large.
 
 use experiments::plan::candidates::Candidate;
 use experiments::plan::exchange::{Criterion, SearchEffort, exchange, value_of};

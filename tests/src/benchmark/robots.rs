@@ -1,4 +1,6 @@
 //! The simulated robots: R3G and R3B (three revolute axes, with and without gravity), the arm RACE, a PUMA 560, and a pendulum.
+//!
+//! A robot has a model of its dynamics with true parameters; drives and sensors are added in `arms`.
 
 use linear_model::pseudo_inertia::Ten;
 use robot::{LinkId, Part, Pose, Robot, Value};

@@ -1,4 +1,6 @@
 //! The robots and the conditions (scenarios) in which estimators are compared.
+//!
+//! A scenario gives sensors, friction and feedforward of a simulation.
 
 use experiments::simulate::closed_loop::{Drives, JointPd, Sensors};
 use experiments::simulate::dynamics::Dynamics;
@@ -21,7 +23,7 @@ pub struct BenchmarkArm<'a> {
     pub sample_time: f64,
 }
 
-/// The conditions of a simulation. Sensors and friction may differ from those of the arm.
+/// The conditions of a simulation. Sensors and friction may differ from the sensors and friction of the arm.
 #[derive(Clone, Debug)]
 pub struct Scenario {
     pub name: &'static str,

@@ -1,5 +1,7 @@
 //! `cargo xtask datasets DIR`: identifies measured robots by all recipes, and prints the residuals next to the residuals of an
 //! independent program. DIR contains one folder per data set, with its name.
+//!
+//! A recipe describes the logs of a data set and what is fitted and predicted (`tests::benchmark::dataset`).
 
 use std::path::Path;
 use std::process::ExitCode;

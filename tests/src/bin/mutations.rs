@@ -1,5 +1,7 @@
 //! `mutations PROGRAM SECONDS FOUND`: for SECONDS seconds, changes files that the program can read at random, and runs the
 //! program on them. Files that crash the program are stored in the folder FOUND. `cargo xtask fuzz` calls it.
+//!
+//! The rule that every run must keep is in the module `tests::mutation`.
 
 use std::path::Path;
 use std::process::ExitCode;

@@ -1,4 +1,6 @@
 //! Defects of a machine or a log that the fitted model does not contain, and gross faults of a description or of columns.
+//!
+//! The machine is the true robot. A kind of defect has a size in a unit of its own, for example rad or a relative factor.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt;

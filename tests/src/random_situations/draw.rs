@@ -1,4 +1,6 @@
 //! Random numbers for a situation, from the seeded generator of the tests.
+//!
+//! A seed determines a situation completely.
 
 use crate::random::Random;
 

@@ -1,4 +1,8 @@
 //! Runs `rist identify` on a situation, and compares its answers with the true values.
+//!
+//! A situation has a machine (the true robot), a description, and one or two logs. "As logged" means: in the unit of the logged
+//! torques. If all torques of a log have a common wrong scale, no method can detect this without further information, so errors
+//! are also computed relative to the scaled true values. `of_use` is a further motion on which predicted torques are compared.
 
 use claims::{Claim, EvidenceLevel, Subject};
 use identification::estimate::artefact::Estimate;

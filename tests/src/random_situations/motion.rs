@@ -1,4 +1,7 @@
 //! Motions as functions of time: sums of sines, and moves from point to point.
+//!
+//! Logged motions may be poor (slow, small, short), like motions that users record. The chain is the tree of links with the
+//! limits of its joints.
 
 use std::f64::consts::TAU;
 

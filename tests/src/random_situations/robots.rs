@@ -1,4 +1,7 @@
 //! The robots of the random situations: random geometries, or models of models/ with changed bodies.
+//!
+//! A machine is a true robot: a chain of bodies, friction, and the description that the user has. The description may have
+//! wrong bodies or none. Sizes are rms torques.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -1,4 +1,6 @@
 //! Converts the signals of a machine to a log, with sensor errors and defects.
+//!
+//! The machine is the true robot, simulated on a fine time grid; the log has a lower sampling rate.
 
 use std::f64::consts::{PI, TAU};
 
@@ -218,8 +220,8 @@ impl Noisy {
     }
 }
 
-/// Removes some rows of the log (`DroppedRows`), and replaces the values of other rows, except their time, by those of the
-/// previous row (`RepeatedRows`).
+/// Removes some rows of the log
+/// (`DroppedRows`), and replaces the values of other rows, except their time, by the values of the previous row (`RepeatedRows`).
 fn lose_rows(columns: &mut [Vec<f64>], defects: &[Defect], draw: &mut Draw) {
     let share = |kind: Kind| defects.iter().find(|d| d.kind == kind).map_or(0.0, |d| d.size);
     let (dropped, repeated) = (share(Kind::DroppedRows), share(Kind::RepeatedRows));

@@ -1,4 +1,7 @@
 //! Counts the outcomes of situations.
+//!
+//! A situation is good if the estimate is accurate, so the program should trust it. "As logged" means: in the unit of the
+//! logged torques, which may have a common wrong scale.
 
 use std::collections::BTreeMap;
 use std::fmt;

@@ -1,4 +1,6 @@
 //! Writes a tree of bodies as a URDF.
+//!
+//! Each link has a fixed placement and an axis, as in the chain.
 
 use std::fmt::Write;
 

@@ -1,4 +1,7 @@
 //! The robots for whose logs mistakes are simulated, read from their description files.
+//!
+//! An arm is a robot that is read from a file, in which some joints are locked. It gives the ranges and speeds of the joints
+//! for the motions.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,8 @@
 //! Inputs of the commands that read no log of a motion, each with one mistake or none. Each command is run on its input, and the
 //! remedy of each finding is applied separately.
+//!
+//! A finding is a line of the output that names a probable mistake with a remedy. The steps of a remedy are flags, options or
+//! renamed columns.
 
 use super::arms::Arm;
 use super::judge::{Cause, Obeyed, Outcome};

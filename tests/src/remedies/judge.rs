@@ -1,5 +1,8 @@
 //! Evaluates the output of the program for a situation: whether it names the true cause of the mistake, and whether its remedy
 //! corrects the log.
+//!
+//! A finding is a line of the output that names a probable mistake with a remedy. The detection limit is the smallest size of a
+//! mistake that the program states it would have found. A gross mistake must be found in any case.
 
 use std::path::Path;
 

@@ -1,4 +1,7 @@
 //! The kinds of mistakes in logs. [`KINDS`] has one line for each.
+//!
+//! A claim of the program is a line such as `agrees: zero of j2; 20 deg would have shown`: its topic (zero), its joint, and the
+//! size that would have been detected.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

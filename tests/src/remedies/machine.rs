@@ -1,4 +1,6 @@
 //! A machine (the true robot) whose parameters differ slightly from its description, and its sensors.
+//!
+//! A body is given by its ten inertial parameters. The size of a joint is its rms torque.
 
 use robot::{Inertial, LinkId, Robot, StandardParameter};
 
@@ -46,7 +48,7 @@ pub struct Sensors {
 }
 
 impl Machine {
-    /// A machine for this robot, with random errors and sensors. Its rms torques are computed for this motion.
+    /// A machine for this robot, with random errors and sensors. The rms torques of the machine are computed for this motion.
     pub fn of(arm: &Arm, motion: &Motion, draw: &mut Draw) -> Machine {
         let robot = &arm.robot;
         let n = robot.n_coordinates();

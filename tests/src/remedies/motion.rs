@@ -1,4 +1,6 @@
 //! Motions for the logs: sums of harmonics, and slow moves from point to point with rests.
+//!
+//! The motions stay within the limits of the arm.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,7 @@
 //! Tests `rist excite`: it must find a motion, or name the limit that allows no motion.
+//!
+//! Each case is a robot with limits of one kind, which may be too narrow for a motion. They are in the file of limits, as a
+//! user would write it.
 
 use serde_json::Value;
 

@@ -1,4 +1,6 @@
 //! Tests `rist lint`: descriptions with one mistake in the inertial of a link or in the limits of a joint.
+//!
+//! Each case is a description of a robot in URDF, in which one number is changed as by a mistake.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 

@@ -1,4 +1,6 @@
 //! Tests `rist postures`: tables of postures at rest with one mistake. Some machines agree with their description, others do not.
+//!
+//! The machine is the true robot; `off` and zeros are errors of joint positions, rad.
 
 use std::f64::consts::PI;
 

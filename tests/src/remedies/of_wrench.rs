@@ -1,5 +1,7 @@
 //! Tests `rist wrench`: logs of a force-torque sensor on the last link, each with one mistake. A log has postures at rest or a
 //! motion.
+//!
+//! A wrench is a force and a torque. The load is identifiable only if the sensor turns relative to gravity.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 

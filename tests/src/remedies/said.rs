@@ -1,4 +1,6 @@
 //! Parses the output of the program for a log.
+//!
+//! A finding names a probable mistake. Other lines state properties that agree, or properties that cannot be determined.
 
 use crate::program::Run;
 

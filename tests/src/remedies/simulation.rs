@@ -1,4 +1,7 @@
 //! Simulates the log of a machine, with or without a mistake.
+//!
+//! The machine is the true robot. Mistakes of the machine (a spring, a load, a contact) act on the torques here; mistakes in
+//! the columns are added later (`wrong_columns`).
 
 use std::f64::consts::TAU;
 

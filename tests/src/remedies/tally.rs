@@ -1,4 +1,6 @@
 //! Counts, for each kind of mistake, how the program answered.
+//!
+//! A finding names a probable mistake with a remedy. A remedy is obeyed if it can be applied automatically.
 
 use std::collections::BTreeMap;
 use std::fmt;

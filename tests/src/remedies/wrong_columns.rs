@@ -1,4 +1,6 @@
 //! Changes the columns of a simulated log as a mistake of a user would.
+//!
+//! Examples: exchanged columns, a wrong sign, degrees instead of radians.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,6 @@
 //! Draws which standard parameters of a two-link arm are identifiable from torques, and their combinations (base parameters).
+//!
+//! Standard parameters are the ten inertial parameters of each link, and rotor inertias.
 
 use modeling::Derivation;
 use robot::StandardParameter;

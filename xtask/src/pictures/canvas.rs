@@ -7,15 +7,15 @@ use std::fmt::Write as _;
 /// Colours, named by their use, as in the pages of `rist report`.
 #[derive(Clone, Copy)]
 pub(crate) enum Ink {
-    /// Texts and axes.
+    /// Colour of texts and axes.
     Word,
-    /// Auxiliary lines and remarks.
+    /// Colour of auxiliary lines and remarks.
     Faint,
-    /// The first of two quantities.
+    /// Colour of the first of two quantities.
     Blue,
-    /// The second of two quantities.
+    /// Colour of the second of two quantities.
     Orange,
-    /// A good result.
+    /// Colour of a good result.
     Green,
 }
 

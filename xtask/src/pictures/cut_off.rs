@@ -1,5 +1,7 @@
 //! Draws the low-pass filter of an identification: the spectrum of a torque in docs/ur5/log.csv, and the cut-off frequency that
 //! README shows for this log.
+//!
+//! Above the cut-off frequency, the torque is mostly noise.
 
 use super::canvas::{Anchor, Canvas, Ink};
 use crate::cargo::root;

@@ -20,8 +20,8 @@ const QUANTILE_95: f64 = 1.96;
 fn log(random: &mut SplitMix) -> (f64, f64, f64) {
     let mut slow = 0.0;
     let mut sample = || {
-        // The sum of twelve numbers that are uniform in [-1, 1) is nearly normal. Its variance is 12 / 3 = 4, so half of it has
-        // the variance 1.
+        // The sum of twelve numbers that are uniform in [-1, 1) is nearly normal. The variance of the sum is 12 / 3 = 4, so
+        // half of the sum has the variance 1.
         let white: f64 = (0..12).map(|_| random.unit()).sum::<f64>() / 2.0;
         slow = AUTOREGRESSION * slow + white;
         slow

@@ -1,4 +1,6 @@
 //! Draws the pictures of docs/pictures. Each is made from a model, a log, a table or a computation.
+//!
+//! A picture is an SVG file; `canvas` has its elements.
 
 mod base_parameters;
 mod benchmarks;

@@ -1,4 +1,7 @@
 //! `rist calibrate`: errors of the geometry, zeros and compliances from measured poses, points and distances.
+//!
+//! Without a table of measurements, the command lists the base geometric parameters, or chooses postures that should be
+//! measured. The calibration itself is in the package `calibration`.
 
 use std::path::{Path, PathBuf};
 

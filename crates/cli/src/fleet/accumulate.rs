@@ -1,4 +1,7 @@
 //! `rist accumulate`: adds logs up to sums (normal equations in triangular form), which later steps use instead of the logs.
+//!
+//! A sum contains, for each joint, triangular matrices R of QR decompositions of the regression rows. So sums need little
+//! memory, and the sums of several logs can be added.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,6 @@
 //! `rist compare`: finds parameters that differ between a reference and other robots, from their sums.
+//!
+//! A sum contains the regression rows of logs in triangular form (R of QR decompositions); `rist accumulate` makes it.
 
 use std::path::{Path, PathBuf};
 

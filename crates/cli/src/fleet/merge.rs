@@ -1,4 +1,6 @@
 //! `rist merge`: adds several sums of logs to one.
+//!
+//! A sum contains the regression rows of logs in triangular form (R of QR decompositions); `rist accumulate` makes it.
 
 use std::path::{Path, PathBuf};
 

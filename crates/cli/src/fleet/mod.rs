@@ -1,4 +1,7 @@
 //! Commands of the wing (optional package) `fleet`: accumulate, merge, solve, compare.
+//!
+//! A sum contains the regression rows of logs in triangular form (R of QR decompositions). These commands make sums from logs,
+//! add them, compute an estimate from them, and compare them.
 
 pub(crate) mod accumulate;
 pub(crate) mod compare;

@@ -1,4 +1,8 @@
 //! `rist solve`: computes an estimate from sums of logs.
+//!
+//! A sum contains the regression rows of logs in triangular form (R of QR decompositions); `rist accumulate` makes it. The
+//! estimate is the one that `rist identify` would compute from the same logs. With the model of the robot, the verdict also
+//! states the uncertainty of torques.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! `rist derive`: writes functions of a robot as formulas.
+//! `rist derive`: writes functions of a robot as formulas: as plain text, LaTeX, SymPy or MATLAB.
 
 use std::path::PathBuf;
 

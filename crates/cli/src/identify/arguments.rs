@@ -1,4 +1,7 @@
 //! Arguments of `rist identify`: the flags of all methods. A method accepts only flags of its own request.
+//!
+//! A request is a struct with the options of a method (crate `rist`); each field is one flag. The same flag may belong to
+//! several requests.
 
 use std::path::{Path, PathBuf};
 

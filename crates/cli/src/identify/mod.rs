@@ -1,4 +1,7 @@
 //! `rist identify`: identifies the parameters of a model from logs.
+//!
+//! The method decides what is read: `ls` and `essential` fit samples of any logs (`samples`), the other methods need the logs
+//! of a plan (`plan_logs`). Output: an estimate, that is the parameters with standard deviations, and a verdict on it.
 
 mod arguments;
 mod plan_logs;

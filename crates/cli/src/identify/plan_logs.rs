@@ -1,4 +1,8 @@
 //! `rist identify --method rist|tls|rist-mh|iv|didim`: identifies parameters from the logs of a plan.
+//!
+//! A plan is a list of experiments (motions) from `rist plan`, and each experiment has one log. Methods: `rist` and `tls` use
+//! one projection of the spectrum per experiment; `rist-mh` uses all harmonics; `iv` and `didim` simulate the experiments in
+//! closed loop.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,8 @@
 //! `rist identify --method ls` and `essential`: identifies parameters from samples of logs.
+//!
+//! Steps: read the logs, check them against the description (log check), fit the parameters, predict logs that were not fitted,
+//! judge the estimate (verdict), write the requested files. `ls` is weighted least squares with all parameters, `essential`
+//! with the smallest set of parameters that has nearly the same residual.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,7 @@
 //! `rist visibility`: predicts which parameters a motion or a log makes identifiable, and with which accuracy.
+//!
+//! Input: a description, and a motion, a plan or a log. Torques are not needed: the standard deviations follow from the motion
+//! and an assumed noise.
 
 use std::path::PathBuf;
 

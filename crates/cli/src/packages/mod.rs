@@ -1,4 +1,7 @@
 //! `rist generate --as`, of the wing (optional package) `packages`: writes a folder that runs a model on a robot.
+//!
+//! The package takes the values of an estimate and the options with which its logs were identified (units, gains and signs of
+//! the drives).
 
 use std::fs::create_dir_all;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,6 @@
 //! `rist postures`: identifies parameters from a robot at rest.
+//!
+//! It identifies the gravity parameters, the zeros of the encoders and the mount (orientation) of the base.
 
 use std::path::PathBuf;
 

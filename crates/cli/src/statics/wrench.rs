@@ -1,4 +1,7 @@
 //! `rist wrench`: identifies a load from a log of a force-torque sensor.
+//!
+//! Input: forces, torques and poses of the sensor. Output: the inertial parameters of the load, the offsets of the sensor, and
+//! a verdict. If the verdict is no, the exit code is 1.
 
 use std::path::PathBuf;
 

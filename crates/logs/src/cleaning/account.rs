@@ -1,4 +1,8 @@
 //! The report on the cleaning of a log: which rows were used, and which faults were found or corrected.
+//!
+//! Signals are the columns with a meaning: time, positions, velocities, accelerations, efforts (torques, currents, or goals of
+//! position servos). An episode is a part of the file with its own clock. A long log is read in blocks, and the reports on the
+//! blocks are added.
 
 use std::fmt;
 
@@ -202,7 +206,7 @@ impl LeftOutRows {
 impl fmt::Display for LogReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let left_out = &self.left_out;
-        // The counts contain every episode except the first.
+        // Each count is a number of new episodes; the first episode of the file is not counted.
         writeln!(f, "{} rows, {} used; {}", self.rows, self.kept, self.clock.in_words())?;
         for (begun, why) in [
             (left_out.episodes_by_column, "the column that numbers them changes"),

@@ -1,4 +1,6 @@
 //! Statistics of the clock of a log: its duration, period and gaps.
+//!
+//! A long log is read in blocks; each block has such statistics, and they are combined.
 
 use crate::Error;
 

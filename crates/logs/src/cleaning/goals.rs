@@ -2,6 +2,8 @@
 //!
 //! The torque of a servo with the goal q_g is k (q_g - q), if it is at no limit and has no integral term. q: position; k: gain,
 //! N m/rad. A signal is not a goal if it is constant while the joint moves, or if it always equals the position.
+//!
+//! The goal is the commanded position of a servo, and the position error is goal minus position.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,4 +1,6 @@
 //! Detects, counts and reports faults of a log.
+//!
+//! Each file examines one property of the signals. The report (`account`) collects the results.
 
 pub(crate) mod account;
 pub(crate) mod clock;

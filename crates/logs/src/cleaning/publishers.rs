@@ -16,7 +16,7 @@ const ZERO_SHARE: f64 = 0.9;
 /// Smallest number of rows for a decision.
 const MIN_ROWS_FOR_SOURCES: usize = 100;
 
-/// Number of foreign rows, and whether their torques are all zero. Zero rows if there are too few for a second source.
+/// Number of foreign rows, and whether their torques are all zero. The number is zero if it is too small for a second source.
 ///
 /// If the rows of two sources alternate, every row differs from its neighbours, so half of the rows are counted.
 ///

@@ -1,8 +1,8 @@
 //! Finds signals of register words that were read without their sign: two's complement, or a sign bit.
 //!
-//! A servo stores -3 as 65533 (two's complement in 16 bits), or as 1027 (the bit of 1024 is the sign). If it is read as an
-//! unsigned number, the signal is never negative, and jumps by nearly the whole range of the word at each change of sign. The
-//! signal does not jump after its sign is corrected.
+//! A servo stores -3 as 65533 (two's complement in 16 bits), or as 1027 (the bit of 1024 is the sign). If such a word is read
+//! as an unsigned number, the signal is never negative, and it jumps by nearly the whole range of the word at each change of
+//! sign. The signal does not jump after its sign is corrected.
 
 use std::fmt;
 
@@ -42,7 +42,7 @@ const MAX_JUMP_AFTER: f64 = 0.1;
 /// Smallest number of distinct values on each side of zero. A valve, for example, is open or closed and has only one value on
 /// each side, so it is excluded.
 const MIN_DISTINCT_VALUES: usize = 8;
-/// A value counts as a whole number of counts if it differs from one by at most this number of counts.
+/// A value counts as a whole number of counts if its distance to the nearest whole number is at most this many counts.
 const COUNT_ROUNDING: f64 = 1e-3;
 /// Smallest jump that may be a sign change, as a fraction of the largest value.
 const MIN_JUMP_OF_LARGEST: f64 = 0.25;

@@ -1,4 +1,7 @@
 //! Finds how long the robot is at rest in a log.
+//!
+//! The robot is at rest in an interval if the mean speed of every joint is small. A long log is read in blocks, and the
+//! durations of the blocks are combined.
 
 /// Largest speed of a joint at rest, rad/s, averaged over [`REST_SPAN_S`].
 const REST_SPEED_RAD_S: f64 = 1e-3;
@@ -8,9 +11,9 @@ const REST_SPAN_S: f64 = 0.05;
 /// Durations of rest, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RestTimes {
-    /// Duration of rest at the start.
+    /// Duration of rest at the start of the log.
     pub before: f64,
-    /// Duration of rest at the end.
+    /// Duration of rest at the end of the log.
     pub after: f64,
     /// Total duration of rest.
     pub total: f64,
@@ -53,7 +56,8 @@ impl RestTimes {
         self.total > 0.0 && self.before >= duration
     }
 
-    /// Adds the rest of the next block of the same file. The block starts `step` s after the end of this one. Durations in s.
+    /// Adds the times at rest in the next block of the same file. The block starts `step` s after the end of this one.
+    /// Durations in s.
     pub(crate) fn append(&mut self, duration: f64, next: &RestTimes, next_duration: f64, step: f64) {
         // If the joints are at rest at the end of one block and at the start of the next, they are at rest between the blocks.
         let seam = if self.after > 0.0 && next.before > 0.0 { step } else { 0.0 };

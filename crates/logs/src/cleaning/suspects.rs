@@ -1,5 +1,9 @@
 //! Finds signals that no robot can produce: jumps of positions, torques that were not measured, words read without their sign,
 //! rows of a second source.
+//!
+//! A finding is only reported, except that jumps by a full turn are removed. The word type is the way in which a register
+//! stores the sign of a number
+//! (`raw_words`). Rows of a second source come from another publisher on the same topic (`publishers`).
 
 use std::fmt;
 
@@ -130,7 +134,7 @@ impl fmt::Display for Suspect {
 
 /// Smallest ratio of the speed of a jump to a high usual speed: 99 % of the steps are at most as fast as this usual speed.
 const JUMP_SPEED_RATIO: f64 = 20.0;
-/// Least speed of a jump, rad/s.
+/// Smallest speed of a jump, rad/s.
 const SMALLEST_JUMP_SPEED_RAD_S: f64 = 1.0;
 /// Smallest number of steps for which jumps are counted. At most 1 % of the steps can be counted as jumps.
 const MIN_STEPS_FOR_JUMPS: usize = 100;

@@ -1,4 +1,7 @@
 //! Finds the columns of a quantity, by the meaning of their headers or by names that the user gives.
+//!
+//! The possible meanings of a header are its readings (`words`): a quantity, a joint and a unit. The finder chooses one column
+//! per joint for each quantity, and refuses a table with two candidates.
 
 use Quantity::{Position, Time};
 use gate::suggestion::did_you_mean;

@@ -1,6 +1,6 @@
 //! Maps the columns of a table to quantities, joints and units.
 //!
-//! Columns are found by the meaning of their headers (`header`), or the user names them. If two columns match one quantity of
+//! Columns are found by the meaning of their headers (`words`), or the user names them. If two columns match one quantity of
 //! one joint, the table is refused. The mapping can be printed.
 
 use std::fmt;
@@ -23,7 +23,7 @@ struct Needed {
     efforts: bool,
 }
 
-/// The mapping from columns of a table to signals of a robot. Its printed form lists every choice.
+/// The mapping from columns of a table to signals of a robot. If the mapping is printed, every choice is listed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
     /// Names of the coordinates, in the order of the series.

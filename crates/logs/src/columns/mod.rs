@@ -1,4 +1,8 @@
 //! The assignment of columns to signals.
+//!
+//! `words` interprets headers, `finder` finds the columns of each quantity, `mapping` combines them to the mapping
+//! (`mapping::Columns`: the column of each signal of each joint), and `proposal` proposes names and units if a mapping cannot
+//! be found.
 
 pub(crate) mod clocks;
 pub(crate) mod finder;

@@ -1,4 +1,7 @@
 //! Names of columns that the user gives.
+//!
+//! They come from the file of options, for quantities whose columns cannot be found by their headers. Efforts are torques,
+//! currents, or goals (commanded positions) of servos.
 
 use gate::suggestion::did_you_mean;
 use serde::{Deserialize, Serialize};

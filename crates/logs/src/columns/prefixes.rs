@@ -1,4 +1,6 @@
 //! Finds joint names of a table that differ from the names in the description by a prefix.
+//!
+//! Example: the description has the joint `j1`, and the table has the column `left_j1_position`.
 
 use crate::table::Table;
 

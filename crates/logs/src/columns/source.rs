@@ -1,4 +1,7 @@
 //! A column of a table that is in use, with its unit.
+//!
+//! A column in use gives numbers in SI units: raw register words are first converted to signed numbers (word type), and the
+//! result is multiplied by a factor.
 
 use std::fmt;
 

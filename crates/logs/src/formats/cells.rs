@@ -1,4 +1,6 @@
 //! The cells of a table that is written to a file.
+//!
+//! A column has either texts or numbers.
 
 /// The cells of one column.
 #[derive(Clone, Debug, PartialEq)]

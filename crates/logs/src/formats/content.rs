@@ -1,4 +1,7 @@
 //! Determines the format of a file by its first bytes, and gives the messages for formats that cannot be read.
+//!
+//! Formats are built in, registered by other packages (`registered`), or foreign: recognised, but not readable. For a foreign
+//! format, the message contains a command that converts the file.
 
 use crate::formats::json;
 use crate::formats::registered::{self, LogReader};

@@ -1,4 +1,6 @@
 //! Channels and messages, as all formats of recordings have them.
+//!
+//! A recording (of ROS) is a file with messages of several channels. A channel has one topic and one message type.
 
 /// A channel of a recording: its topic and its message type.
 #[derive(Clone, Debug, PartialEq, Eq)]

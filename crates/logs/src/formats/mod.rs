@@ -1,4 +1,6 @@
 //! The file formats of logs, one reader each.
+//!
+//! A reader takes bytes or a file, and returns a table of named columns. `content` determines the format.
 
 pub(crate) mod arrays;
 mod cell_ends;

@@ -1,4 +1,6 @@
 //! Reads a row of text if the ends of its cells are known.
+//!
+//! In a plain row, every delimiter ends a cell: there are no quotation marks. `cell_ends` finds the ends of the cells.
 
 use crate::formats::number::{leading, short};
 use crate::formats::rows::{Block, Dialect};

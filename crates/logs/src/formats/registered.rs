@@ -1,4 +1,7 @@
 //! Log formats that other packages read. They must be registered before the first file is opened.
+//!
+//! A format is recognised by its first bytes (magic bytes) or, for text, by its first rows. A recording is a file with messages
+//! of ROS. The budget is the memory that a file may use; decompressed bytes are taken from it.
 
 use std::io::Read;
 use std::path::Path;

@@ -1,4 +1,6 @@
 //! The first rows of a text, from which its shape is determined.
+//!
+//! The shape is the arrangement of the numbers, for example one row per sample or one row per signal (`text_shapes`).
 
 use crate::formats::delimited::delimiter;
 use crate::formats::rows::Dialect;

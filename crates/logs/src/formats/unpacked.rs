@@ -1,4 +1,6 @@
 //! Decompresses gzip and zstd streams while they are read.
+//!
+//! The number of decompressed bytes is limited by the number of compressed bytes that were read.
 
 use std::io::{BufReader, Read};
 

@@ -1,4 +1,4 @@
-//! Writes tables to files.
+//! Writes named columns as the bytes of a Parquet file. Without the feature `parquet`, this fails.
 
 use crate::error::Error;
 use crate::formats::cells::Cells;

@@ -1,4 +1,7 @@
 //! Writes a robot in another format, and its inertial parameters in another convention.
+//!
+//! A convention defines the frame and the point to which the inertial parameters refer. A written text is read again, and the
+//! two robots are compared, to find properties that were lost.
 
 use std::sync::OnceLock;
 

@@ -1,5 +1,8 @@
 //! Reads a description with the options of a user. Finds angles that were replaced by exact values at reading, and symbols
 //! without a value.
+//!
+//! An angle such as 1.5708 in a file is read as pi/2, unless the user forbids it; such a replacement can change the torques
+//! slightly. The mount is the orientation of the base, which determines the direction of gravity in the base frame.
 
 use std::path::{Path, PathBuf};
 

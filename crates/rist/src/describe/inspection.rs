@@ -1,5 +1,9 @@
 //! The results of `rist inspect`: base parameters, their regrouping rules, numbers of operations, and the evidence for the
 //! rank.
+//!
+//! The number of base parameters is the rank of the regressor. A regrouping rule states how a base parameter follows from
+//! standard parameters. If a reader replaced angles (1.5708 by pi/2), the results also name the base parameters that exist only
+//! with the angles as given.
 
 use std::path::Path;
 

@@ -1,4 +1,7 @@
 //! Searches the inertial parameters of a description for frequent mistakes.
+//!
+//! A finding is one suspected mistake with its remedy, for example an inertia that no body can have. The hull of a mesh is the
+//! convex hull of its vertices.
 
 use std::fmt;
 use std::path::Path;

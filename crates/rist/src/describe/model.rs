@@ -1,4 +1,9 @@
 //! [`Model`]: a robot whose dynamics are derived once, with its base regressor. All functions of this library use it.
+//!
+//! The number of base parameters is the rank of the regressor, found numerically at random states. The rank is clear-cut if
+//! there is a large gap between the columns that are independent and the columns that are not. Loops are closed numerically if
+//! the positions of their passive joints are no affine functions of the coordinates. A tape is a list of arithmetic operations
+//! that evaluates a function. The fingerprint of a model is a checksum of its base regressor.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,6 @@
 //! Finds a function of a robot by name.
+//!
+//! Names are those of `rist generate`, such as `inertia-matrix`, or `pose=5:2` for the pose of link 5 in the frame of link 2.
 
 use modeling::{LinkFrame, ReferenceFrame, RobotFunction};
 use robot::Robot;

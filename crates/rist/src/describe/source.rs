@@ -1,4 +1,8 @@
 //! Generates source code with functions of a robot, which a user adds to a project.
+//!
+//! Input: a robot, the names of functions, and possibly the values of an estimate. Output: the text of a file in Rust or C. The
+//! values become two constants: X (base parameters) and F (friction of each coordinate). A monitor is C code that computes the
+//! external torques, contact and the load.
 
 use codegen::Monitor;
 use expr::ConstantValue;

@@ -1,4 +1,6 @@
 //! Checks the symbols that a user wants to keep in generated code: lengths, angles and components of gravity.
+//!
+//! A kept symbol becomes an argument of the generated functions; every other symbol becomes a number, and needs a value.
 
 use robot::Robot;
 

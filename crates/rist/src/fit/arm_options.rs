@@ -1,5 +1,7 @@
 //! Completes the options of an identification or a log check by the column names, units, zeros and gains of a hobby arm. `rist
 //! columns` proposes the same values, from the data of the servos. If the user gives a value, the value of the user is kept.
+//!
+//! A hobby arm is a small arm with servos, for example SO-101; its data are in `hobby_arms.yaml`.
 
 use std::path::Path;
 
@@ -93,9 +95,10 @@ impl SamplesRequest {
 }
 
 impl DoctorRequest {
-    /// The request with the options and gains of the arm that it names, as [`SamplesRequest::with_arm`].
+    /// The request, completed by the options and gains of the arm that the request names. Also returns the printed lines with
+    /// the values that are used for the arm. `log`: the path of the first log.
     ///
-    /// Fails in the same way.
+    /// Fails if the arm is not known, or does not fit the robot or the log.
     pub fn with_arm(mut self, robot: &Robot, log: Option<&Path>) -> Result<(DoctorRequest, String), Error> {
         let Some(arm) = self.arm.take() else { return Ok((self, String::new())) };
         let mut options = self.options.take().unwrap_or_default();

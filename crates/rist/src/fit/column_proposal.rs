@@ -1,4 +1,7 @@
 //! Proposes names and units for the columns of a log. The user can paste this proposal into the file of options.
+//!
+//! The proposal has a line for each signal (time, position, velocity, torque): the names of its columns and their unit, each
+//! with a reason. For a hobby arm (a small arm with servos), the data of its servos complete the proposal.
 
 use std::fmt;
 use std::path::Path;

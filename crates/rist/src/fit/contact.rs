@@ -1,4 +1,7 @@
 //! Intervals of a log in which the residual is an outlier, such as a contact, and fits to the rows outside these intervals.
+//!
+//! Contacts are searched in the residual of a fit or of a prediction. Contacts explain the residual if it is much smaller
+//! without these rows.
 
 use identification::estimate::digits::percent;
 use identification::estimate::held_out;
@@ -37,8 +40,8 @@ impl Contacts {
     ///
     /// Fails if a log cannot be read.
     pub(crate) fn of_logs(model: &Model, logs: &[LogSource], options: &Options) -> Result<Contacts, Error> {
-        // Robust weights would need the single rows. Here only triangles of the joints are available, so weights by joint are
-        // used instead.
+        // Robust weights would need the single rows. Here only one triangle per joint is available (R of the QR decomposition
+        // of its regression rows), so weights by joint are used instead.
         let weights = if options.weights.losses().is_empty() { options.weights } else { Weights::Joint };
         Contacts::find(model, logs, options, MOST_ROUNDS, &|joints| fit(joints, weights).0.x)
     }

@@ -1,4 +1,9 @@
 //! Checks before a fit whether logs belong to the robot of a description.
+//!
+//! Input: logs and a description. Output: the log check, which lists findings (probable mistakes, each with a remedy),
+//! properties that agree, and properties that cannot be determined. Logs are converted to records first: filtered signals at
+//! the samples that a fit would use. A finding is gross if no estimate from these logs can be used. The mount is the
+//! orientation of the base.
 
 use identification::estimate::log_check::finding::{Fault, Finding};
 use identification::estimate::log_check::{Change, Measured, log_check};
@@ -115,8 +120,8 @@ fn say_remedies(log_check: &mut LogCheck, logs: &[LogSource], options: &Options,
 /// The remedy if no option can undo a finding.
 const BY_HAND: &str = "write the log anew, with its columns in the order, sign and unit of the joints";
 
-/// Checks logs by their records. `records`: made from the logs with `options`. `gains`: the drive gains by which currents
-/// became torques, if they are known.
+/// Checks logs by their records (the samples of the logs, prepared for a fit). `records`: made from the logs with `options`.
+/// `gains`: the drive gains by which currents became torques, if they are known.
 pub fn log_check_of<R: Records + ?Sized>(
     model: &Model,
     logs: &[LogSource],

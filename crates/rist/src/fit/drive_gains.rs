@@ -1,4 +1,7 @@
 //! Determines drive gains, the torque per unit of current of each drive: some gains are known, and the others are estimated.
+//!
+//! Logs with currents or position errors (goal minus position of a servo) need gains. If no gain is known, all torques have an
+//! unknown common scale.
 
 use std::fmt::Write as _;
 

@@ -1,5 +1,7 @@
 //! Converts the joint effects of a request (ripple, springs, ..) into options of RIST-MH, the identification by harmonics.
 //! Joint names become indices, and duplicates are removed.
+//!
+//! An effect is a term of the joint model, for example torque ripple.
 
 use identification::signals::signal_options::possible_delay;
 use identification::spectrum::rist_mh::data::HarmonicOptions;

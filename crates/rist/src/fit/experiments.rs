@@ -1,5 +1,9 @@
 //! Identifies parameters from the logs of an experiment plan: by RIST-MH (all harmonics), or by the rows of Sp of [Vandanjon,
 //! Gautier, Desbats 1995] (one projection of the spectrum per experiment).
+//!
+//! Each experiment is a periodic motion with one log; some experiments may be repeated with a known load. Sp(m, v) = Re(m conj
+//! v) / |v|^2 projects the spectrum m of a signal on the spectrum v of a motion. Further methods, which simulate the
+//! experiments in closed loop, are registered by another package. The record of an experiment is its sampled motion and torque.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;

@@ -5,11 +5,11 @@
 //! ```text
 //! tau_j ~ a P_j(q, dq, ddq) + sum_i b_i G_ij(q) + terms in ddq_j, dq_j, its direction and 1
 //! ```
-//! tau_j: torque of joint j; a: common factor of the bodies' torques; P_j: torque of joint j by the described bodies without
-//! gravity; G_ij: torque of joint j by unit gravity along axis i of the base; b: a times gravity. Least squares over all joints,
-//! with each joint divided by the norm of its torque, gives b, which points along gravity. The new mount is accepted if it lowers
-//! the residual of the torques strongly, and if a log check with it has fewer or no gross findings. Findings that remain are
-//! reported too.
+//! tau_j: torque of joint j; "its direction": the sign of dq_j; a: common factor of the bodies' torques; P_j: torque of joint j
+//! by the described bodies without gravity; G_ij: torque of joint j by unit gravity along axis i of the base; b: a times
+//! gravity. Least squares over all joints, with each joint divided by the norm of its torque, gives b, which points along
+//! gravity. The new mount is accepted if it lowers the residual of the torques strongly, and if a log check with the new mount
+//! has fewer gross findings or none. Findings that remain are reported too.
 
 use identification::estimate::hypothesis::Hypothesis;
 use identification::estimate::log_check::finding::{Fault, Finding};

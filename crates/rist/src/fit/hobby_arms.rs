@@ -23,9 +23,9 @@ use crate::error::Error;
 
 /// Relative standard deviation of a gain from a data sheet.
 const GAIN_DEVIATION: f64 = 0.2;
-/// A robot is taken for an arm by the names of its joints if it has at least this many.
+/// The names of joints identify an arm only if the robot has at least this number of joints.
 const MIN_NAMED_JOINTS: usize = 4;
-/// Positions that are whole numbers are counts if one is at least this.
+/// Positions that are whole numbers are counts of an encoder if at least one of them reaches this value.
 const MIN_COUNT: f64 = 300.0;
 /// Largest magnitude of a normalised position, per cent, with an allowance for rounding. Larger positions are degrees.
 const MAX_PERCENT: f64 = 100.5;
@@ -81,7 +81,7 @@ enum Form {
 /// The part of a proposal of columns that follows from the data of an arm.
 #[derive(Clone, Debug, Default)]
 pub struct DriveProposal {
-    /// Lists of the transmission, one number per joint.
+    /// Proposed lines for the transmission (ratios, offsets, scales), each a list with one number per joint.
     pub transmission: Vec<Proposed>,
     /// The gains as a field of a request, with the reason; `None` if the torques need no gains, or if no source gives gains.
     pub gains: Option<Proposed>,
@@ -145,8 +145,9 @@ pub fn proposed_arm(robot: &Robot) -> Option<String> {
     ))
 }
 
-/// The names of the arms that a robot may be: those whose name is in the name of the robot. If there are none, those whose joints
-/// have the names of all coordinates, at least four. A numbered joint names no arm.
+/// The names of the known arms that the robot may be. An arm is chosen if the name of the robot contains the name of the arm.
+/// If no arm is chosen so, an arm is chosen if the robot has at least four coordinates, and if the name of each coordinate
+/// contains the name of a joint of the arm. Joint names that end with a number are not compared, since many robots have them.
 fn arms_like(robot: &Robot) -> Vec<String> {
     let Ok(data) = linear_model::yaml::read::<HobbyArms>(include_str!("hobby_arms.yaml")) else { return Vec::new() };
     let letters =
@@ -224,7 +225,7 @@ fn seen_form(table: &Table, mapping: &Columns, is_normalised: bool) -> Option<Fo
     }
 }
 
-/// The lists of the transmission that a form of positions needs.
+/// The lines for the transmission (ratios, offsets, scales) that follow from the form in which the arm writes positions.
 fn transmission(robot: &Robot, servos: &[(Servo, f64)], form: Form) -> Result<Vec<Proposed>, Error> {
     let list = |key: &'static str, numbers: Vec<f64>, reason: &str| {
         // Six decimals are finer than one count of an encoder.

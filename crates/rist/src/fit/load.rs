@@ -1,4 +1,8 @@
 //! Identifies the load on a link, from logs with the load and logs without it.
+//!
+//! The ten parameters of the load are the differences between the body with load and the body without it. Two errors are
+//! considered: noise, and the scale of the torques (if all torques are 2 % too large, so is the load). T transforms the
+//! parameters from the link frame to the frame of the user's file.
 
 use std::fmt;
 
@@ -78,8 +82,8 @@ impl Scales<'_> {
     }
 }
 
-/// Identifies the load in the logs `loaded`. Its covariance is the sum of two terms: noise in the residuals, and scale errors
-/// of the joints' torques.
+/// Identifies the load in the logs `loaded`. The covariance of the load is the sum of two terms: noise in the residuals, and
+/// scale errors of the joints' torques.
 ///
 /// Fails if the link does not exist or is ambiguous, or if the logs cannot be read.
 pub(crate) fn load(
@@ -107,8 +111,9 @@ pub(crate) fn load(
     let turned: Vec<Ten> = (0..10).map(|k| transform_inertial(&unit(k), &to_file)).collect();
     let frame = if is_whole { DMatrix::from_fn(10, 10, |i, k| turned[k][i]) } else { DMatrix::identity(10, 10) };
     let parameters = std::array::from_fn(|i| (0..10).map(|k| frame[(i, k)] * found.parameters[k]).sum());
-    // Cov = T (C d + S R S^T) T^T. C: covariance for white noise; d: discount for the autocorrelation of the residuals; S:
-    // derivatives of the parameters by the torque scales; R: covariance of these scales.
+    // Cov = T (C d + S R S^T) T^T. T: transformation of the ten parameters into the file's frame (`frame`); C: covariance for
+    // white noise; d: discount for the autocorrelation of the residuals; S: derivatives of the parameters with respect to the
+    // torque scales; R: covariance of these scales.
     let by_scale = DMatrix::from_fn(10, found.by_scale.len(), |i, j| found.by_scale[j][i]);
     let of_scales = &by_scale * of_scales * by_scale.transpose();
     let covariance = &frame * (&found.covariance * fit.estimate.discount() + of_scales) * frame.transpose();

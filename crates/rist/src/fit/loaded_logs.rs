@@ -1,4 +1,7 @@
 //! Logs that were read with a model and options: the records, the log check, and possibly the regression rows of these logs.
+//!
+//! A record is a log with filtered signals at the samples of the fit. The log check compares the records with the description.
+//! The regression rows are W and tau of the equations tau = W X (X: parameters).
 
 use identification::estimate::identify::Fit;
 use identification::estimate::log_check::LogCheck;

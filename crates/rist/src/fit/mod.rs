@@ -1,4 +1,7 @@
 //! Identifies parameters from logs: log check, choice of a variant, fit, and verdict.
+//!
+//! The log check compares logs with the description before a fit. A variant is a model with options for its fit; several
+//! variants are tried. The verdict states whether to trust the estimate.
 
 pub mod arm_options;
 pub(crate) mod candidates;

@@ -1,4 +1,6 @@
 //! Computes the range of positions, speeds and accelerations that logs cover, and the range that the description allows.
+//!
+//! These ranges are the motions for which the uncertainty of predicted torques is computed.
 
 use experiments::motion::reference_motion::Reference;
 use experiments::plan::exciting_trajectory::ExcitingTrajectory;

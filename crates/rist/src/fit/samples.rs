@@ -1,4 +1,9 @@
 //! Identifies parameters from logs, in steps: gains, delay, friction, fit, physically possible bodies, load, remarks.
+//!
+//! tau = W X: regression equations, with torques tau, regression matrix W and parameters X. Bodies are the ten inertial
+//! parameters of each link; they are physically possible if a real body can have them. Held-out segments are parts of the logs
+//! that are left out of the fit and predicted. Unknowns are quantities besides the parameters: mount of the base, encoder
+//! zeros, torque scales, springs. A fault is a possible mistake of a log, tested as one additional unknown.
 
 use identification::estimate::absent_friction::absent_friction;
 use identification::estimate::claims::hypotheses::HypothesisTest;
@@ -272,14 +277,14 @@ fn check_arm(request: &SamplesRequest) -> Result<(), Error> {
     }
 }
 
-/// The estimate, with a remark on torques that hold no friction.
+/// The estimate. If the torques of the logs contain no friction, a remark on this is added.
 fn with_absent_friction(mut estimate: Estimate, fit: &Fit) -> Estimate {
     let absent = absent_friction(&estimate, &fit.observation.speed);
     estimate.remarks.extend(absent);
     estimate
 }
 
-/// An estimate, with its bodies if physically possible ones were asked for.
+/// An estimate. It has bodies if the request asks for physically possible bodies.
 struct FoundBodies {
     estimate: Estimate,
     bodies: Option<Bodies>,

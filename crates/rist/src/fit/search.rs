@@ -12,6 +12,10 @@
 //!
 //! The error of each log predicted from the other logs is not used, because the true variant predicts a poor log worse (seeds
 //! 9252, 9359 and 9473 of the bench `random_situations`: torques would be 7 to 11 % wrong instead of 1 %).
+//!
+//! The log check compares logs with the description before a fit; one of its findings is another mount (orientation) of the
+//! base. A fault is a possible mistake of a log, tested as one additional unknown of the fit. Unknowns are quantities besides
+//! the parameters: mount, encoder zeros, torque scales, springs.
 
 use claims::{Claim, Topic};
 use identification::estimate::claims::hypotheses::{Hypothesis, HypothesisTest, UndeterminedMechanics, hypotheses};
@@ -183,7 +187,7 @@ pub(crate) struct TriedVariant<'a> {
 }
 
 impl<'a> TriedVariant<'a> {
-    /// The same logs and model with other options; nothing is read before it is needed.
+    /// A variant with the same logs and model, but with other options. The logs are read only when they are needed.
     pub(crate) fn with_options(&self, options: Options) -> TriedVariant<'a> {
         TriedVariant { options, start: self.start.clone(), looked: None, fitted: None, ..*self }
     }

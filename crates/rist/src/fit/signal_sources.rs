@@ -1,5 +1,7 @@
 //! Chooses the source of velocities and accelerations: columns of a log, or derivatives of positions. This applies only if the
 //! options leave the source free.
+//!
+//! The log check compares the columns with the derivatives of the positions.
 
 use identification::estimate::log_check::{LogCheck, TIMELY_S};
 use identification::estimate::options::Options;

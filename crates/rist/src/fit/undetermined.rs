@@ -1,4 +1,6 @@
 //! Unknown mechanical properties that a description may lack: rotor inertias of the joints, and a tilt of the base.
+//!
+//! The fit tests whether such a property explains the residual.
 
 use identification::estimate::claims::hypotheses::{Tilt as TiltTorque, UndeterminedMechanics};
 use linear_model::description_options::RotorInertias;

@@ -4,6 +4,10 @@
 //! combined by their noise, and the errors by faults and gains are added afterwards. A gain adds to the variance of each
 //! parameter. A fault that changes the parameters by e adds (y e)^2 to the squared error of a torque y x (y: row of the
 //! regressor, x: parameters).
+//!
+//! Results are errors of predicted torques, one for each use of an estimate (gravity compensation, feedforward, ..). "Open" are
+//! changes of the parameters that have no effect on the torques of the logs (the null space of the regression rows). A triangle
+//! is the matrix R of the QR decomposition of regression rows. Each log has one triangle per joint.
 
 use identification::estimate::claims::hypotheses::HypothesisTest;
 use identification::estimate::claims::{effects_of_faults, inflate_by_faults, inflate_by_undetected_faults};

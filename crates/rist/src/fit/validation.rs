@@ -1,4 +1,8 @@
 //! Tests how well an estimate predicts logs that were not fitted.
+//!
+//! tau: measured torques; W: regression matrix; X: parameters of the estimate. The relative error of a prediction is |tau - W
+//! X| / |tau|. An estimate of experiments (from the logs of a plan) has no friction, so friction is fitted to the predicted
+//! motion.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

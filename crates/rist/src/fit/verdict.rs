@@ -1,4 +1,7 @@
 //! Judges whether to trust an estimate. Evidence: the estimate itself, and for an estimate of logs also other logs.
+//!
+//! The verdict is yes, with care, or no, with reasons. Held-out segments are parts of the logs that are left out of the fit and
+//! predicted. An estimate of logs is from `rist identify` with samples, an estimate of experiments from the logs of a plan.
 
 use std::path::Path;
 

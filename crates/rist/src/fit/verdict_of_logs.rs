@@ -1,4 +1,6 @@
 //! Judges an identification by logs that were not fitted, and withholds results if necessary. The program and Python use it.
+//!
+//! If the verdict is no, files for a simulator are withheld, that is, not written.
 
 use identification::estimate::logs_left_out::LogLeftOut;
 use identification::estimate::residuals::Residuals;
@@ -61,9 +63,11 @@ impl Identification {
         log.visited.is_other_than(&self.log_check.visited)
     }
 
-    /// The prediction error that the verdict uses: the largest error on logs that were not fitted. Without such logs, each fitted
-    /// log is predicted from the other fitted logs. Then the log with the smallest error by parameters (the share that other
-    /// parameter values could remove) counts, because fewer logs identify less.
+    /// The prediction error that the verdict uses. If there are logs that were not fitted, this is the largest error on these
+    /// logs. Otherwise, each fitted log is predicted by parameters that are fitted to the other logs only. Of these
+    /// predictions, the verdict uses the one with the smallest error by parameters (the part of the error that other parameter
+    /// values could remove). A large error of a single prediction does not count, because it may only mean that the other logs
+    /// identify too little.
     fn prediction(&self, logs: &[Predicted]) -> Prediction {
         let apart = self.logs_left_out.iter().max_by(|a, b| a.apart.total_cmp(&b.apart));
         let prediction = Prediction { most_apart: apart.map(|left| (left.log, left.apart)), ..Prediction::default() };

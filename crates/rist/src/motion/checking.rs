@@ -1,4 +1,8 @@
 //! Checks whether a motion keeps its limits. The check uses only the coefficients in the motion's file and the model.
+//!
+//! The certificate has one row per limit: the proven bound of the motion and the limit. Limits come from three origins: the
+//! description, the request of the user, and the motion's own file. A gap is a pair of bodies (or a body and a floor or wall)
+//! with a least allowed distance. Error margins allow for tracking errors, wrong encoder zeros and inexact bodies.
 
 use std::path::Path;
 

@@ -3,6 +3,10 @@
 //! The user gives the interpolation between the points ([`Interpolation`]); otherwise rist chooses the smoothest one that the
 //! points allow. A note names the interpolation. The proof covers the motion at the points and between them. A limit is not
 //! checked if neither the description nor the limits file of the user gives it. The result lists such limits.
+//!
+//! The certificate has one row per limit: the proven bound of the trajectory and the limit. A gap is a pair of bodies (or a
+//! body and a floor or wall) with a least allowed distance. The D-efficiency of a plan is (det F)^(1/p), divided by its value
+//! for the best plan of the same number of experiments (F: information matrix; p: number of parameters).
 
 use std::path::Path;
 

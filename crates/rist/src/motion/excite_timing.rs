@@ -1,4 +1,8 @@
 //! Chooses the timing of an exciting motion: period, blend (time from rest to the motion), number of harmonics or spans.
+//!
+//! A Fourier motion consists of harmonics of a base frequency; a spline consists of spans (polynomial segments). The defaults
+//! follow from the limits of the joints; `middle` takes the median over the joints. Instants are the times at which the search
+//! evaluates the motion.
 
 use experiments::excitation::fourier_series::FourierSeries;
 use experiments::excitation::limits::CoordinateLimits;

@@ -1,4 +1,4 @@
-//! Reads the free memory of the machine from files of Linux. On other systems it is unknown.
+//! Reads the free memory of the machine from files of Linux. On other systems the free memory is unknown.
 //!
 //! A process may use the available memory of the machine (`MemAvailable` of /proc/meminfo), but at most the free memory of its
 //! control group, version 2: `memory.max` - `memory.current` + `inactive_file` of memory.stat (the kernel drops these files

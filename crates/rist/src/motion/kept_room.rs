@@ -1,4 +1,8 @@
 //! Default distances that a motion keeps: to position limits, between links, and to the floor.
+//!
+//! The user can change these distances. A search tries them in steps: each step is one distance between bodies, with or without
+//! an assumed floor at the plane of the base. A gap is a pair of bodies, or a body and a floor or wall, with a least allowed
+//! distance.
 
 use experiments::excitation::gap_proof::Gap;
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitKind};

@@ -1,4 +1,7 @@
 //! Known torques of a robot, from the description or an identification, with a possible payload. Search and proof use them.
+//!
+//! An enclosure gives interval bounds of the torques over a time interval of a motion. Effort is torque (force for a sliding
+//! joint). Dry friction is the friction at standstill.
 
 use experiments::excitation::limits::CoordinateLimits;
 use experiments::excitation::proof::{EnclosedTorque, IdentifiedTorque, NominalFriction, NominalTorque};

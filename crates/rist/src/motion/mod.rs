@@ -1,4 +1,7 @@
 //! Motions and plans of motions: search, proof, check, simulation and playing.
+//!
+//! A motion is found and proved by `exciting`, a plan of several motions by `planning`. `checking` and `checking_trajectories`
+//! prove limits again, `simulation` simulates, and `play` and `staged_play` write files for a controller.
 
 pub(crate) mod after_estimate;
 pub mod checking;

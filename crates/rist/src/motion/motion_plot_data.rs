@@ -1,4 +1,6 @@
 //! Plot data of an exciting motion, for a page.
+//!
+//! The certificate in a motion file has one proven bound per limit. A page shows it, or the result of a new proof.
 
 use std::path::Path;
 

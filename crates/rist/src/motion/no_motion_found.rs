@@ -1,4 +1,8 @@
 //! Explains why a search found no motion: which requirements random poses violate, and which changes of the request would help.
+//!
+//! A remedy is a changed request, for example with a smaller distance between bodies or with a locked joint; it is printed only
+//! if a short search with it finds a proven motion. A gap is a pair of bodies, or a body and a floor or wall, with a least
+//! allowed distance.
 
 use clearance::shown_length::shown_length;
 use experiments::excitation::centre::{Obstacle, ViolatedLimit, broken_at_poses};

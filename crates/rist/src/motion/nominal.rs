@@ -1,4 +1,6 @@
 //! Values of the description that torques depend on: friction, parameters, noise.
+//!
+//! A noise is the standard deviation of one torque sample.
 
 use claims::{LeftOut, LeftOutTopic};
 use experiments::excitation::limits::{AskedLimits, CoordinateLimits, LimitsFile};

@@ -2,6 +2,9 @@
 //!
 //! Torques are checked at instants of one period, distances at places on the straight path between the ends of the motion. The
 //! proof of the chosen experiments covers the motion in between ([`crate::motion::planning`]).
+//!
+//! A swing is a periodic motion between two ends; a sweep is a slow motion through the range and back. A gap is a pair of
+//! bodies, or a body and a floor or wall, with a least allowed distance.
 
 use experiments::excitation::gap_proof::{GapCache, Surroundings};
 use experiments::excitation::limits::AskedLimits;

@@ -1,4 +1,8 @@
 //! Plans experiments: chooses the motions that identify the parameters of a model best.
+//!
+//! A plan is a set of experiments. Candidates are kinds of motion (which joint swings, which joints move along) at the
+//! configurations of a grid. The experiments are chosen among the candidates such that the determinant of their information is
+//! largest. If the proof of a chosen experiment fails, it is removed, and the choice is repeated.
 
 use claims::significant;
 use experiments::excitation::limits::AskedLimits;

@@ -1,4 +1,6 @@
 //! Writes a motion as a file that a controller plays.
+//!
+//! Formats: CSV, a JointTrajectory of ROS, or a URScript that sends set points.
 
 use std::path::Path;
 

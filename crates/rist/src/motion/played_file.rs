@@ -1,5 +1,9 @@
 //! Reads and checks a file with motions for a robot: a motion of `rist excite`, a plan of `rist plan`, or points from another
 //! source.
+//!
+//! The result has one proof per motion in the file. If the file is a plan with a proof of its D-efficiency (information
+//! compared with the best possible plan), this proof is repeated too. Readers of points from other sources are registered by
+//! another package.
 
 use std::path::Path;
 use std::sync::OnceLock;

@@ -4,6 +4,8 @@
 //! A search evaluates torques only at instants, but torques can be greater between these instants. The amplitudes are then
 //! reduced until the torques are proven. If gravity dominates the torques, this loses much information. In this case the search
 //! is repeated with a lower torque limit, which gives another motion.
+//!
+//! The criterion det^(1/p) measures the information of a motion on p parameters; cond is the condition number.
 
 use experiments::excitation::criterion::SearchObjective;
 use experiments::excitation::fitting::{Fitted, Obligations, fitted};

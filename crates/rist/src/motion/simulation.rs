@@ -1,4 +1,8 @@
 //! Simulates the experiments of a plan, or an exciting motion, and returns their logs.
+//!
+//! The robot is simulated in closed loop, with friction, noise and drive gains. A record is the result of one motion: sampled
+//! positions and torques (or currents). Validation motions are further random motions, with which an estimate can be tested.
+//! The truth is the true parameters, written as an estimate.
 
 use claims::significant;
 use experiments::excitation::limits::{AskedLimits, LimitKind};

@@ -8,6 +8,9 @@
 //! ```
 //! A normal process has b = 2 and m = 2 [Rice 1945]; with b < 2 the tails are heavier. b and m are estimated from the peaks by
 //! maximum likelihood. The log has minutes, but the accepted rate is about one alarm in an hour. So the tail is extrapolated.
+//!
+//! r: external torque of a joint; s: its standard deviation without contact; z: value of a peak. An excursion is a time
+//! interval in which the ratio is above the level u.
 
 /// The peaks of a ratio above a level, during a time.
 #[derive(Clone, Debug, Default)]
@@ -30,15 +33,15 @@ const EXPONENTS: [f64; 5] = [2.0, 1.75, 1.5, 1.25, 1.0];
 /// With fewer peaks than this, the tail of a normal process is assumed.
 const LEAST_PEAKS: usize = 5;
 
-/// The logs should have no contact. But a peak counts as a contact if noise would give fewer peaks than this above it. The
-/// expected number of peaks follows from the median of all peaks, with b = 1.
+/// The logs should have no contact. But a peak counts as a contact if the expected number of noise peaks above this peak is
+/// smaller than this value. The expected number follows from the median of all peaks, with b = 1.
 const LEAST_EXPECTED_PEAKS: f64 = 1e-3;
 
 /// Smallest assumed mean of z - u, in standard deviations. A normal process has this mean at the level u = 2.
 const LEAST_MEAN_EXCESS: f64 = 0.4;
 
-/// Number of times in an hour that noise alone may make a joint significant. Then it does so in one of a hundred contacts of
-/// 0.3 s.
+/// Number of times in an hour that noise alone may make the torque of a joint significant. With this number, noise makes a
+/// joint significant in one of a hundred contacts of 0.3 s (3600 s / 120 = 30 s).
 const SIGNIFICANT_PER_HOUR: f64 = 120.0;
 
 /// Seconds in an hour.
@@ -126,7 +129,8 @@ mod tests {
     use super::*;
     use random::Random;
 
-    /// Filtered noise, normal or with heavier tails: a minute gives the threshold, ten hours count its alarms.
+    /// The noise is filtered, and is normal or has heavier tails. Two minutes of it give the threshold; the false alarms are
+    /// counted over ten hours.
     #[test]
     fn the_alarms_asked_for_come() {
         let (period, hold, gain) = (0.005, 0.1, 20.0);
@@ -136,7 +140,7 @@ mod tests {
             let a = f64::exp(-gain * period);
             let mut next = || {
                 state = a * state + (1.0 - a * a).sqrt() * random.normal();
-                // A cube in the tails: a ratio of 3 becomes 4.4.
+                // Heavier tails: the cube of the ratio is added, so a ratio of 3 becomes 4.4.
                 f64::abs(if heavy { state + 0.05 * state * state * state } else { state })
             };
             let mut peaks = Peaks::default();
@@ -149,7 +153,7 @@ mod tests {
                 quiet = if ratio > 0.5 * threshold { 0.0 } else { quiet + period };
                 is_contact = ratio > threshold || (is_contact && quiet < hold);
             }
-            // 60 are expected. Two minutes leave the exponent uncertain, so a factor of three is allowed.
+            // Expected are 60 alarms. After two minutes the exponent b is still uncertain, so a factor of three is allowed.
             assert!((20..180).contains(&count), "{heavy} {threshold} {count}");
         }
     }
@@ -166,7 +170,8 @@ mod tests {
         (0..100).for_each(|_| peaks.add(0.0, 0.005, 0.1));
         (0..200).for_each(|_| peaks.add(20.0, 0.005, 0.1));
         peaks.end();
-        // One second longer, and one excursion less or more: nothing else may change.
+        // The contacts only make the log longer by some seconds, and may remove or add one excursion. So the threshold must
+        // hardly change.
         assert!((peaks.threshold(1.0) / quiet - 1.0).abs() < 0.01, "{quiet} {}", peaks.threshold(1.0));
     }
 
@@ -174,7 +179,7 @@ mod tests {
     fn without_peaks_it_is_a_normal_process() {
         let mut peaks = Peaks::default();
         (0..1000).for_each(|_| peaks.add(0.1, 0.01, 0.1));
-        // One peak in 10 s at most: ln(360) = 5.9, sqrt(4 + 11.8) = 3.97.
+        // In 10 s without a peak, at most one peak is assumed: with ln(360) = 5.9, the threshold is sqrt(4 + 11.8) = 3.97.
         assert!((peaks.threshold(1.0) - 3.97).abs() < 0.01, "{}", peaks.threshold(1.0));
     }
 }

@@ -1,4 +1,10 @@
 //! The result of a replay (the observer of external torques, run over a log), as a table, as CSV and as JSON.
+//!
+//! A cycle is one sample of the log, as a controller would process it. The external torque of a joint is computed by the
+//! observer;
+//! `beyond` is the external torque minus the torque of the carried load. The band of a joint is the largest value of `beyond`
+//! without contact. The ratio is `beyond` divided by its standard deviation. The drift is the change of friction since the
+//! identification: FV viscous, FS Coulomb, OFF offset.
 
 use std::fmt;
 

@@ -4,6 +4,9 @@
 //! No signal is filtered forward and backward, because a robot cannot do this while it runs. The acceleration is needed only
 //! for load-dependent friction and for the uncertainty of the parameters. It is the derivative of the velocity, after the
 //! filter of the observer.
+//!
+//! p: generalised momentum; b = C' dq - g, where C is the Coriolis matrix and g the gravity torque. Known torque: torque of the
+//! motor minus friction plus b. Slowness: 1 at standstill, 0 at speed. A record is a part of a log without gaps.
 
 use identification::estimate::artefact::Estimate;
 use identification::signals::preparation::Preparation;
@@ -69,7 +72,7 @@ pub(crate) struct JointCycle {
 pub(crate) struct Cycle<'a> {
     /// Time, s.
     pub(crate) t: f64,
-    /// Time since the cycle before, s; zero at the first cycle of a record.
+    /// Time since the previous cycle, s; zero at the first cycle of a record.
     pub(crate) period: f64,
     pub(crate) joints: &'a [JointCycle],
     /// Jacobian of the link that is assumed to be touched, 6 x n row by row; empty without one.
@@ -93,7 +96,7 @@ impl<'a> CycleModel<'a> {
         let linear = options.linear_model(model.regressor());
         let x = linear.parameters.iter().map(|p| predicts(estimate, &p.id)).collect::<Result<Vec<f64>, _>>()?;
         let mut preparation = options.preparation();
-        // No filter, every sample, and columns of friction that are computed at the sample.
+        // The signals are not filtered, every sample is used, and friction is computed at the sample itself.
         preparation.signal.order = 0;
         preparation.signal.decimate = Some(1);
         preparation.signal.border = Some(0.0);
@@ -143,7 +146,7 @@ impl<'a> CycleModel<'a> {
         }
     }
 
-    /// Takes also the samples that the fit left out, such as those of contact.
+    /// From now on, also converts the samples that the fit left out, for example during contact.
     pub(crate) fn take_all_samples(&mut self) {
         self.preparation.signal.leave_out.clear();
     }
@@ -332,7 +335,7 @@ impl RecordMemory {
     }
 }
 
-/// A cycle that comes later than this many periods is the first after a gap.
+/// If a cycle comes later than this number of periods after the previous cycle, there is a gap between them.
 const LARGEST_PERIOD_RATIO: f64 = 5.0;
 
 /// Number of cycles whose functions are evaluated together.

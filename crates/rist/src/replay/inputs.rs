@@ -1,5 +1,7 @@
 //! Inputs from a model and its estimate, for a replay and for a generated monitor. A replay runs the observer of external
 //! torques over a log. A monitor is the same computation as generated C code.
+//!
+//! The covariance of the parameters gives the errors of the torques that the model predicts.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::identified::Identified;

@@ -11,6 +11,8 @@
 //! not determine, the trace lowers the degrees of freedom by one. f is 1 for independent errors, and larger for correlated
 //! errors. f is smaller than 1 if the noise of the velocity dominates: the external torque r contains the derivative of this
 //! noise, and the derivative averages out.
+//!
+//! A prior is a standard deviation that is assumed before any measurement. A record is a part of a log without gaps.
 
 use online::{Band, Payload};
 
@@ -37,7 +39,8 @@ pub(crate) fn load_start(m: f64) -> [f64; 10] {
 pub(crate) struct LoadNoise {
     window: Payload<f64, 0>,
     age: f64,
-    /// Sum of z'z, its freedom, the time of all windows, s, and the number of their cycles.
+    /// Sums over all windows: `square`: z'z; `freedom`: degrees of freedom. `time`: time of all cycles, s; `cycles`: their
+    /// number.
     square: f64,
     freedom: f64,
     time: f64,
@@ -103,7 +106,8 @@ mod tests {
                 let t = 0.01 * f64::from(k);
                 let error = random.normal();
                 sum = 0.9 * sum + error;
-                // Each has a variance of 1.
+                // Three kinds of errors, each with a variance of 1: independent, differences of successive errors, and sums
+                // over about ten cycles.
                 let torque = 0.5 * [error, (error - before) / 2.0_f64.sqrt(), sum * (1.0_f64 - 0.81).sqrt()][kind];
                 before = error;
                 let load = std::array::from_fn(|c| ((0.3 + 0.4 * c as f64) * t + 0.7 * c as f64).sin());
@@ -111,10 +115,12 @@ mod tests {
             }
             noise.time().unwrap() / 0.01
         };
-        // 60 windows with ten parameters: f has a relative standard deviation of sqrt(2/600) = 6 %; four are allowed.
+        // With 60 windows and ten parameters, f has a relative standard deviation of sqrt(2/600) = 6 %. Four standard
+        // deviations are allowed.
         assert!((factor(0) - 1.0).abs() < 0.24, "{}", factor(0));
         assert!(factor(1) < 0.05, "{}", factor(1));
-        // (1 + .9) / (1 - .9) = 19 at frequencies far below the corner of 10/s x .1; the rows have up to 4 rad/s.
+        // The factor is (1 + 0.9) / (1 - 0.9) = 19 at low frequencies. The rows have up to 4 rad/s, so the factor is slightly
+        // different.
         assert!((factor(2) / 19.0 - 1.0).abs() < 0.35, "{}", factor(2));
     }
 }

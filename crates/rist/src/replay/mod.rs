@@ -67,8 +67,8 @@ pub fn replay(
     Ok(replay)
 }
 
-/// The logs in which the noise of the observer is measured: `given`, or if empty the logs of the estimate. Fails if one is not
-/// there.
+/// The logs in which the noise of the observer is measured: `given`, or if empty the logs of the estimate. Fails if one of
+/// these logs cannot be opened.
 pub fn reference_logs(
     model: &Model,
     file: &Path,

@@ -1,6 +1,8 @@
 //! Computes the constants of a generated monitor (observer, contact and load in C): noise, thresholds and gains. A replay has
 //! the same constants. But a replay uses all friction terms of the estimate, and a generated file has only viscous friction,
 //! Coulomb friction and offset.
+//!
+//! Input: a model, an estimate and logs without contact. Output: the numbers that `rist generate` writes into the C file.
 
 use std::path::Path;
 

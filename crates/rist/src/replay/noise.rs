@@ -9,6 +9,10 @@
 //! | dry | dry friction of the estimate |
 //!
 //! If a fitted log contains a short contact by accident, the median hardly changes.
+//!
+//! A sample is fast if the joint moves above a tenth of its RMS speed. Slowness: 1 at standstill, 0 at speed. The correlation
+//! time of r tells how many independent values a mean contains. G is a factor of the covariance of the parameters, restricted
+//! to few directions (`directions`). "Normal" refers to the normal distribution.
 
 use nalgebra::DMatrix;
 use online::{Band, NoiseScale, Order};
@@ -43,10 +47,10 @@ pub(crate) struct Noise {
 const LOW_SHARE_OF_SPEED: f64 = 0.1;
 /// Friction changes its direction smoothly below this share of the RMS speed.
 const SMOOTH_SHARE_OF_SPEED: f64 = 0.02;
-/// Median absolute deviation of a unit normal number: 1 / 1.4826.
+/// Median absolute deviation of a standard normal number: 1 / 1.4826.
 const NORMAL_MAD: f64 = 0.674_489_750_196_082;
-/// With fewer samples at low speed than this, the noise at low speed is unknown. It is then assumed that low speed adds as
-/// much noise as there is at speed.
+/// If there are fewer samples at low speed than this number, the noise at low speed is unknown. It is then assumed that low
+/// speed adds as much noise as there is at speed.
 const LEAST_LOW_SAMPLES: usize = 50;
 /// Memory of the scale of the noise, s: some hundred cycles.
 pub(crate) const SCALE_MEMORY_S: f64 = 0.5;
@@ -211,7 +215,8 @@ impl BatchMeans {
         (self.time, self.count) = (0.0, 0);
     }
 
-    /// The time t_1 with variance of a mean = variance of the values t_1 / (length of the batch), s. Zero without a batch.
+    /// The correlation time t_1, s. It follows from: variance of the mean of a batch = (variance of the values) t_1 / (length
+    /// of the batch). Zero without a batch.
     fn correlation_time(&self) -> f64 {
         let mean = |(sum, count): (f64, usize)| if count > 0 { sum / count as f64 } else { 0.0 };
         let whole = mean(self.squares);
@@ -254,7 +259,7 @@ fn rms_speeds(cycles: &CycleModel, logs: &[LogSource]) -> Result<Vec<f64>, Error
     Ok(squares.iter().map(|square| (square / f64::from(count.max(1))).sqrt().max(f64::MIN_POSITIVE)).collect())
 }
 
-/// Number of cycles between those whose rows are added: neighbouring rows are alike.
+/// Only the row of every n-th cycle is added, with this n, because neighbouring rows are nearly equal.
 const CYCLES_PER_PRODUCT: usize = 10;
 
 /// Adds the products y'y of the rows of each joint.
@@ -290,10 +295,11 @@ fn band(series: &mut [(f64, f64)], unknown: Band<f64>) -> Band<f64> {
 /// A sample is fast if its slowness is below this.
 const FAST_BELOW: f64 = 0.5;
 
-/// At low speed the error of friction is not normal: it is large at reversals. So its standard deviation is computed from this
-/// quantile of its absolute value, as for a normal variable. A contact in a few samples hardly changes this quantile.
+/// At low speed, the error of friction has no normal distribution, because it is large at reversals. So its standard deviation
+/// is computed from this quantile of its absolute value, as for a normal variable. A contact in a few samples hardly changes
+/// this quantile.
 const LOW_SPEED_QUANTILE: f64 = 0.95;
-/// The 95 % quantile of the absolute value of a unit normal number.
+/// The 95 % quantile of the absolute value of a standard normal number.
 const LOW_SPEED_DEVIATIONS: f64 = 1.96;
 
 /// The median; zero for an empty list.
@@ -319,7 +325,7 @@ mod tests {
             .map(|k| {
                 let slowness = if k % 2 == 0 { 0.0 } else { 1.0 };
                 let deviation = if k % 2 == 0 { 0.5 } else { 1.3 };
-                // A contact in a tenth of the fast samples does not move the band by more than the median moves: 13 %.
+                // A contact in a tenth of the fast samples changes the median, and therefore the band, by at most 13 %.
                 let contact = if k % 20 == 0 { 30.0 } else { 0.0 };
                 let dry = 0.7 * slowness;
                 (slowness, (deviation * random.normal()).abs() + dry + contact)
@@ -339,7 +345,8 @@ mod tests {
             state = a * state + random.normal();
             means.add(period, std::iter::once(state));
         }
-        // (1 + a) / (1 - a) samples; the ends of a batch of twenty time constants take a twentieth.
+        // The correlation time is (1 + a) / (1 - a) samples. At the ends of a batch of twenty time constants, a twentieth is
+        // lost.
         let expected = period * (1.0 + a) / (1.0 - a);
         assert!((means.correlation_time() / expected - 0.95).abs() < 0.1, "{}", means.correlation_time());
     }

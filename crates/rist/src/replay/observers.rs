@@ -1,5 +1,8 @@
 //! The observers of the external torques of all joints. The columns of a load and of friction pass the same filter, so that
 //! they can be compared with the external torques.
+//!
+//! A column of a regressor is the torque per unit of one parameter. H: filtered columns of the load, so that a load with the
+//! parameters x causes the external torque -H x. Slowness: 1 at standstill, 0 at speed.
 
 use online::{Observer, Order};
 
@@ -57,7 +60,7 @@ impl Observers {
                 seen.load[k] = observer.step(momenta[k], rates[k], cycle.period);
             }
             for (k, column) in [joint.speed, joint.direction].into_iter().enumerate() {
-                // An external torque equal to the column: no momentum, and the column as missing torque.
+                // The observer filters the column if its inputs are a momentum of zero and the negative column as known torque.
                 seen.friction[k] = friction[k].step(0.0, -column, cycle.period);
             }
             // The filter of second order overshoots, but an interval is not negative.

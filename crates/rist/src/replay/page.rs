@@ -1,4 +1,6 @@
 //! The HTML page of a replay (the observer of external torques, run over a log).
+//!
+//! A span is a short time interval; a line has its smallest and its largest value in every span.
 
 use identification::plot_data::envelope::Envelope;
 use report::identification::Origin;

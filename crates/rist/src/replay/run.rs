@@ -1,4 +1,7 @@
 //! The loop of a replay over the cycles of a log. It makes the same calls as the loop of a controller.
+//!
+//! In each cycle (one sample): observers, noise scale, contact, load, drift of friction. A contact that a load explains becomes
+//! a change of the load. The misfit is the mean square of the normalised residual.
 
 use online::{Contact, ContactDetector, Drift, Load, LoadDecision, LoadMonitor, NoiseScale, Order, Payload};
 
@@ -94,7 +97,8 @@ impl Run {
         }
     }
 
-    /// Takes a cycle.
+    /// Processes one cycle: compares the external torques with their noise, updates contact, load and drift, and stores the
+    /// results.
     pub(crate) fn step(&mut self, cycle: &Cycle) {
         // After a gap of the log, it is not known whether an earlier contact still lasts.
         if cycle.period <= 0.0 {

@@ -1,4 +1,8 @@
 //! A replay (observer, load and drift of friction) that takes one sample at a time, for example from a running robot.
+//!
+//! Each sample gives one cycle: external torques, contact, load.
+//!
+//! `period` is the time between samples, s.
 
 use std::path::Path;
 
@@ -19,13 +23,14 @@ pub struct SampledReplay<'a> {
     cycles: CycleModel<'a>,
     run: Run,
     memory: RecordMemory,
-    /// s
+    /// Time between samples, s.
     period: f64,
 }
 
 impl<'a> SampledReplay<'a> {
-    /// Starts without contact and without a load. `period`: time between samples, s. The other arguments are the arguments of
-    /// [`crate::replay()`]. Fails like [`crate::replay()`].
+    /// Starts without contact and without a load.
+    /// `period`: time between samples, s. All other arguments are those of [`crate::replay()`], and it fails for the same
+    /// reasons.
     pub fn new(
         model: &'a Model,
         (file, estimate): (&Path, &'a Estimate),
@@ -57,7 +62,7 @@ impl<'a> SampledReplay<'a> {
                 )));
             }
         }
-        // The cycle before is no longer the present one, also if this sample is not used.
+        // The cycle of the previous sample is removed, even if the present sample is not used.
         self.run.replay.series.clear();
         let is_usable = t.is_finite() && [q, dq, tau].concat().iter().all(|x| x.is_finite());
         if !is_usable || !self.memory.is_before(t) {

@@ -1,4 +1,6 @@
 //! What a replay starts from: the cycles of the model, the noise without contact, and the settings that follow from it.
+//!
+//! The noise is measured in logs without contact (`reference`).
 
 use std::path::Path;
 
@@ -25,7 +27,8 @@ pub(super) struct Start<'a> {
 }
 
 impl<'a> Start<'a> {
-    /// Has the arguments of [`crate::replay()`], and fails like [`crate::replay()`]. The caller must set the period in the settings.
+    /// Prepares a replay. Takes the arguments of [`crate::replay()`], and fails like [`crate::replay()`]. The settings do not
+    /// contain the period yet; the caller must set it.
     pub(super) fn new(
         model: &'a Model,
         (file, estimate): (&Path, &'a Estimate),

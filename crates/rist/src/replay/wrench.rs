@@ -31,7 +31,8 @@ pub struct ContactWrench {
 }
 
 impl ContactWrench {
-    /// `jacobian`: 6 x n, row by row; `torques` and `deviations`: n.
+    /// Estimates force and moment. `jacobian`: J, row by row; `torques`: r, one per joint; `deviations`: standard deviations of
+    /// e.
     pub(crate) fn new(jacobian: &[f64], torques: &[f64], deviations: &[f64]) -> ContactWrench {
         let n = torques.len();
         let possible = |c: usize| if c < 3 { POSSIBLE_FORCE } else { POSSIBLE_MOMENT };
@@ -96,7 +97,8 @@ mod tests {
                 squares += ((found.components[c].unwrap() - truth[c]) / found.sigma[c]).powi(2);
             }
         }
-        // 1200 squares of unit normal numbers: the mean has a standard deviation of .041, and six of a draw depend on each other.
+        // The mean of 1200 squares of independent standard normal numbers has a standard deviation of 0.041. Here, the six
+        // numbers of one wrench are correlated, so the tolerance is larger.
         assert!((squares / 1200.0 - 1.0).abs() < 0.25, "{squares}");
         let three: Vec<f64> = (0..18).map(|_| random.normal()).collect();
         let found = ContactWrench::new(&three, &[1.0, 2.0, 3.0], &[0.1; 3]);

@@ -1,5 +1,7 @@
 //! The options (requests) of the commands that need only a robot description: `rist inspect` and `rist convert`, and the
 //! evaluation of regressors and torques at given states.
+//!
+//! A request is a struct with all options of a command; each field is one option.
 
 use robot::convention::Convention;
 

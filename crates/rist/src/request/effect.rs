@@ -1,5 +1,7 @@
 //! Types of request fields for identification: the delay of the torques, and the joints that get an effect (a term of the joint
 //! model, for example torque ripple, a spring or backlash).
+//!
+//! A request is a struct with all options of a command; each field is one option.
 
 use identification::signals::signal_options::possible_delay;
 use serde_json::{Value, json};

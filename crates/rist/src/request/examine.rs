@@ -1,4 +1,6 @@
 //! The options (requests) of the commands that check logs, estimates and motions.
+//!
+//! A request is a struct with all options of a command; each field is one option.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,7 @@
 //! The options (request) of `rist excite`, which searches an exciting motion and proves its limits.
+//!
+//! A request is a struct with all options of a command; each field is one option. A motion is a Fourier series with blends
+//! (transitions from rest to the series and back), or a spline from rest to rest.
 
 use experiments::excitation::criterion::SearchObjective;
 use experiments::excitation::limits::LimitsFile;

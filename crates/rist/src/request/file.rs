@@ -1,4 +1,6 @@
 //! Fields whose value is a file. A command line gives a path; Python gives a path or the content.
+//!
+//! A field is one option of a request (a struct with all options of a command).
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,6 @@
 //! Files that commands read and write in addition to logs. In Python these are arguments, or methods of the result.
+//!
+//! A field is one option of a request (a struct with all options of a command); here, each field is a path.
 
 use std::path::PathBuf;
 

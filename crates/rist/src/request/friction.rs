@@ -1,4 +1,6 @@
 //! The option for the friction terms of an identification: the user gives the terms, or rist chooses them.
+//!
+//! A friction term is, for example, viscous or Coulomb friction, with one parameter per joint.
 
 use linear_model::friction::terms::{FrictionTerm, JointTerm};
 use serde_json::{Value, json};

@@ -1,4 +1,6 @@
 //! Types of fields that assign values to names: drive gains, values of symbols, arguments of a description file.
+//!
+//! A field is one option of a request (a struct with all options of a command). Example of an assignment: `q1=2.4`.
 
 use identification::estimators::drive_gains::likelihood::Gain;
 use serde_json::{Map, Value, json};

@@ -1,4 +1,7 @@
 //! The options (request) of `rist generate`, which writes source code with functions of a robot.
+//!
+//! A request is a struct with all options of a command; each field is one option. The monitor is generated C code that computes
+//! external torques, contact and the load.
 
 use std::path::PathBuf;
 

@@ -9,6 +9,8 @@
 //! | `iv`, `didim` | [`ClosedLoopRequest`] |
 //!
 //! A method has exactly the options that its request has as fields.
+//!
+//! Samples are the rows of logs; a plan is a list of experiments, for which `rist`, `rist-mh`, `iv` and `didim` are made.
 
 use std::path::PathBuf;
 

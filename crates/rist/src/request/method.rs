@@ -1,4 +1,7 @@
 //! The identification methods. Each method has a request type with its options, and refuses the options of other methods.
+//!
+//! A request is a struct with all options of a method. Methods differ in the equations that they solve, and in the logs that
+//! they need (any logs, or the logs of a plan).
 
 use super::files::{BodiesFiles, PlanFiles, SamplesFiles};
 use super::identify::{ClosedLoopRequest, HarmonicRequest, IdentifyRequest, PaperRequest, SamplesRequest};

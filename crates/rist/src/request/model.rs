@@ -1,4 +1,6 @@
 //! Options for reading a robot description.
+//!
+//! An artefact (a plan, a motion or an estimate, saved as a file) stores the options with which its description was read.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,4 +1,6 @@
 //! The options (request) of `rist play`, which writes a motion as a file for the controller of a robot.
+//!
+//! A request is a struct with all options of a command; each field is one option.
 
 use experiments::excitation::limits::LimitsFile;
 use identification::estimate::artefact::Estimate;

@@ -1,4 +1,6 @@
 //! Allowed ranges of numeric fields.
+//!
+//! A field is one option of a request (a struct with all options of a command).
 
 use std::ops::{RangeFrom, RangeInclusive};
 

@@ -1,4 +1,6 @@
 //! Writes the requests as a JSON schema, for editors and for programs in other languages.
+//!
+//! A request is a struct with all options of a command; each field is one option.
 
 use serde_json::{Map, Value, json};
 

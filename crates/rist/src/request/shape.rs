@@ -1,4 +1,6 @@
 //! The form of a field's values on a command line, in Python and in JSON.
+//!
+//! A field is one option of a request (a struct with all options of a command).
 
 use serde_json::Value;
 

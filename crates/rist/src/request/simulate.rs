@@ -1,4 +1,4 @@
-//! The options (request) of `rist simulate`.
+//! The options (request) of `rist simulate`, which simulates the logs of a motion or of a plan.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,7 @@
 //! Reads and writes requests by the names of their fields. The macro `request!` generates the table of fields.
+//!
+//! A request is a struct with all options of a command; each field is one option. `given` lists the fields that differ from
+//! their defaults.
 
 use gate::suggestion::nearest;
 use serde_json::Value;

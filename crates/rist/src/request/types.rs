@@ -1,4 +1,6 @@
 //! Types that fields can have. Each is read from texts of a command line, and from a value of Python or JSON.
+//!
+//! A field is one option of a request (a struct with all options of a command).
 
 use std::path::PathBuf;
 use std::str::FromStr;

@@ -1,4 +1,6 @@
 //! Types of request fields: unknowns that a fit identifies in addition to the parameters, and the mount of a base.
+//!
+//! The mount is the orientation of the base. A field is one option of a request (a struct with all options of a command).
 
 use serde_json::{Value, json};
 

@@ -1,4 +1,6 @@
 //! Fields with fixed choices. The user selects a choice by its word, and each word has a line of help.
+//!
+//! A field is one option of a request (a struct with all options of a command).
 
 use experiments::excitation::criterion::SearchObjective;
 use experiments::motion::point_trajectory::Interpolation;

@@ -1,5 +1,8 @@
 //! Evaluates a function of a robot's state by a tape (a list of arithmetic operations). If the loops of the robot are closed
 //! numerically, the passive joints are solved for too.
+//!
+//! A state has q, dq and ddq. A lane is one of the numbers that a SIMD instruction processes at once; here, each lane is one
+//! state.
 
 use std::sync::{Mutex, PoisonError};
 

@@ -1,4 +1,7 @@
 //! Base regressor of any robot, evaluated by a tape (a list of arithmetic operations). No compiler is needed.
+//!
+//! tau = Y(q, dq, ddq) X. Y: base regressor; X: base parameters. For robots that are built in, compiled code is used instead of
+//! a tape.
 
 use expr::Function;
 use linear_model::parameter::BaseParameter;

@@ -1,4 +1,7 @@
 //! Tapes of one robot that several threads evaluate at the same time. Each thread has its own memory.
+//!
+//! A tape is a list of arithmetic operations; it needs a workspace for intermediate results. The memory of a thread keeps the
+//! workspaces of the set of tapes that this thread evaluated last.
 
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,4 +1,7 @@
 //! Values that are written into a simulator's file: inertial parameters, friction and rotor inertia.
+//!
+//! The ten inertial parameters of a link refer to the origin of the link frame, and include the links that are fixed to it
+//! (`lumped`).
 
 use linear_model::pseudo_inertia::{Ten, smallest_eigenvalue};
 use robot::{Link, Part};

@@ -1,4 +1,7 @@
 //! Selects the values of an estimate that are written into generated source code.
+//!
+//! The values are the base parameters X and the friction of each joint. Other identified parameters cannot be written and are
+//! listed.
 
 use std::path::Path;
 

@@ -75,7 +75,8 @@ pub(super) fn file_poses(robot: &Robot) -> Vec<Pose> {
     poses.iter().zip(&robot.links).map(|(pose, link)| pose.compose(&body_frame(link))).collect()
 }
 
-/// The frame of a link's body of the file, in the link frame. The joint of an MJCF may stand at another point of the body.
+/// The pose in the link frame of the frame that the user's file gives the link's body. In an MJCF, the joint (and so the link
+/// frame) may be at another point than the origin of the body.
 fn body_frame(link: &Link) -> Pose {
     link.frames.iter().find(|(name, _)| *name == link.name).map_or(link.file_frame, |(_, pose)| *pose)
 }

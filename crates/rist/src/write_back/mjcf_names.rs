@@ -1,4 +1,7 @@
 //! Finds the elements of an MJCF by the names that a robot gives these elements.
+//!
+//! The reader of MJCF gives names to elements without a name, for example
+//! `BODY_joint`. Names of a robot may have a prefix that the file lacks (`panda_link1` for `link1`).
 
 use gate::shown;
 use logs::Error;

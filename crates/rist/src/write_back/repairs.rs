@@ -1,4 +1,6 @@
 //! Writes repaired bodies into the description from which they were read. Only the numbers of these bodies change.
+//!
+//! A repair is the correction that a finding of `rist lint` proposes for the inertial parameters of a body.
 
 use logs::Error;
 use robot::format::{roll_pitch_yaw, write_repairs_into_yaml};

@@ -1,4 +1,7 @@
 //! Functions of the library that write identified parameters into URDF and MJCF files.
+//!
+//! Bodies are the identified ten inertial parameters of each link. If the verdict on them is no, nothing is written. Friction
+//! terms that a format cannot express are listed in notes.
 
 use std::path::Path;
 

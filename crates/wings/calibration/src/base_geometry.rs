@@ -5,6 +5,9 @@
 //! the same method as for base inertial parameters ([`modeling::independent_columns`]). At every posture, a dropped parameter
 //! has the same effect as a combination of kept parameters. So the fitted errors of these kept parameters contain the error of
 //! the dropped parameter [Khalil, Dombre 2002, chapter 11].
+//!
+//! A parameter without effect changes no measurement. The gap between kept and dropped columns is the evidence for the number
+//! of base parameters.
 
 use modeling::independent_columns;
 use nalgebra::{DMatrix, Matrix3, Vector3};
@@ -16,7 +19,7 @@ use crate::chain::{Placed, turned_by};
 use crate::measurement::{Posture, Problem, Unknowns};
 use crate::parameter::{Parameter, ParameterNames};
 
-/// Random rows per parameter.
+/// Number of random rows per parameter.
 const ROWS_PER_PARAMETER: usize = 3;
 /// Positions of a joint without limits are drawn from this range, rad (m).
 const FREE_RANGE: f64 = std::f64::consts::PI;

@@ -3,6 +3,10 @@
 //!
 //! Three fits (levels) follow each other, each with more parameters: the frames of base and tool alone, then also the zeros of
 //! the joints, then the geometry or the compliances, if the user asked for one of them.
+//!
+//! A posture is one row of the table: joint positions with a measurement of the tool. The tip is the measured link. A zero is
+//! the error of a joint position; a compliance is the rotation of a joint per holding torque (the torque that holds the robot
+//! at rest).
 
 use std::path::Path;
 
@@ -26,7 +30,7 @@ use crate::verdict::{CalibrationVerdict, verdict};
 
 /// Noise that the first fit assumes, m and rad.
 const FIRST_NOISE: Noise = Noise { length: 5e-3, angle: 5e-3 };
-/// Largest number of links that are tried as the measured one.
+/// Largest number of links that are tried as the measured link.
 const MAX_TIPS: usize = 30;
 /// Level of the printed intervals.
 const LEVEL: f64 = 0.95;
@@ -47,7 +51,7 @@ pub struct Calibration {
     pub levels: Vec<Level>,
     /// Mistakes in the table.
     pub mistakes: Vec<Mistake>,
-    /// Number of rows without a number.
+    /// Number of rows that are not used, because a number is missing.
     pub left_out_rows: usize,
     /// Notes on how the table was read.
     pub notes: Vec<String>,
@@ -60,7 +64,7 @@ pub struct Calibration {
 pub struct CalibratedParameter {
     /// The parameter.
     pub parameter: Parameter,
-    /// Its printed name.
+    /// Printed name of the parameter.
     pub name: String,
     /// The fitted value; for frames the value is in [`crate::Fit::unknowns`], and this is 0.
     pub value: f64,
@@ -247,7 +251,7 @@ fn fitted<'a>(
         Calibrated::Stiffness => Some("stiffness"),
     };
     let (mut levels, mut from): (Vec<Level>, _) = (Vec::new(), (first.clone(), FIRST_NOISE));
-    // The level of the frames alone describes a robot without errors, so its start has no zero errors.
+    // In the level of the frames alone, the robot has no errors, so its start has no zero errors either.
     let nominal = start(problem, &base_of("frames")?.kept, 0);
     levels.push(Level::fitted(problem, "frames", base_of("frames")?, &(nominal, FIRST_NOISE))?);
     for what in ["zeros"].into_iter().chain(asked) {

@@ -8,6 +8,10 @@
 //! ```
 //! This derivative is exact [Khalil, Dombre 2002, chapter 11]. The coordinates of the robot follow from the coordinates q of a
 //! table: (1 + gear) q + zero - compliance tau, with the holding torque tau.
+//!
+//! Errors of the geometry are described in one of two conventions: by the geometric parameters of Khalil and Kleinfinger (with
+//! the angle beta of Hayati), or by six errors of each joint frame of a URDF. A twist is the motion of a body per unit of a
+//! parameter: angular and linear velocity.
 
 use std::f64::consts::{PI, TAU};
 
@@ -18,10 +22,10 @@ use robot::{JointKind, LinkId, Pose, Robot};
 
 use crate::parameter::{Letter, Parameter};
 
-/// How the errors of the geometry are described.
+/// The parameters by which errors of the geometry are described.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Convention {
-    /// By the letters of Khalil and Kleinfinger, and beta of Hayati.
+    /// By the geometric parameters (letters) of Khalil and Kleinfinger, and the angle beta of Hayati.
     Dh,
     /// By six errors of the frame of each joint in the description (URDF).
     Frames,
@@ -37,7 +41,7 @@ pub struct Placed {
 }
 
 impl Placed {
-    /// The frame itself.
+    /// The pose of a frame in itself: no rotation and no translation.
     pub fn identity() -> Placed {
         Placed { rotation: Matrix3::identity(), position: Vector3::zeros() }
     }
@@ -54,7 +58,8 @@ impl Placed {
         }
     }
 
-    /// This pose, then `next` in its frame.
+    /// The product of two poses: the pose `next`, which is given in the frame of this pose, relative to the frame in which this
+    /// pose is given.
     pub fn then(&self, next: &Placed) -> Placed {
         Placed { rotation: self.rotation * next.rotation, position: self.at(&next.position) }
     }
@@ -65,7 +70,7 @@ impl Placed {
         Placed { rotation, position: -(rotation * self.position) }
     }
 
-    /// The position of a point of this frame.
+    /// The position of a point whose coordinates are given in the frame of this pose.
     pub fn at(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * point + self.position
     }
@@ -82,7 +87,7 @@ pub(crate) fn turned_by(vector: Vector3<f64>) -> Matrix3<f64> {
 pub struct Twist {
     /// Angular velocity.
     pub w: Vector3<f64>,
-    /// Velocity of the point of the body that is at the origin.
+    /// Velocity of the point of the body that coincides with the origin of the frame.
     pub v: Vector3<f64>,
 }
 
@@ -202,13 +207,15 @@ impl Chain {
         self.elements.push(Element { motion, constant, error, terms });
     }
 
-    /// The terms of the joint of a link, with indices of [`Chain::coordinates`].
+    /// The terms of the joint variable of a link: for each coordinate that moves the joint, its index in [`Chain::coordinates`]
+    /// and its factor.
     fn terms(&self, robot: &Robot, j: LinkId) -> Vec<(usize, f64)> {
         let place = |k: &CoordinateId| self.coordinates.binary_search(&k.0).unwrap_or(0);
         robot.link(j).joint.variable.terms.iter().map(|(k, c)| (place(k), *c)).collect()
     }
 
-    /// Rz(gamma) Tz(b) Ry(beta) Rx(alpha) Tx(d) Rz(theta) Tz(r): the letters of Khalil and Kleinfinger, and beta of Hayati.
+    /// Adds Rz(gamma) Tz(b) Ry(beta) Rx(alpha) Tx(d) Rz(theta) Tz(r): the geometric parameters of Khalil and Kleinfinger, and
+    /// the angle beta of Hayati, which describes the error between nearly parallel axes.
     fn add_letters(&mut self, robot: &Robot, j: LinkId) {
         let (link, terms) = (robot.link(j), self.terms(robot, j));
         let dh = &link.geometry;
@@ -230,7 +237,8 @@ impl Chain {
         }
     }
 
-    /// The frame of a joint in the description: Tx Ty Tz, its rotation, three small turns, then the motion of the joint.
+    /// Adds the frame of a joint in the description: the translations Tx Ty Tz, the rotation of the frame, small turns about x,
+    /// y and z (the errors), then the motion of the joint.
     fn add_frame(&mut self, robot: &Robot, j: LinkId) {
         let (link, terms) = (robot.link(j), self.terms(robot, j));
         let before = link.antecedent.map_or(Placed::identity(), |i| Placed::of(&robot.link(i).file_frame));
@@ -256,7 +264,8 @@ impl Chain {
         }
     }
 
-    /// Zeros of turning joints within half a turn: a whole turn more is the same robot.
+    /// Brings the zeros of revolute joints into the range of half a turn, because a change by a whole turn gives the same
+    /// robot.
     pub(crate) fn within_half_a_turn(&self, values: &mut [f64]) {
         for k in 0..self.coordinates.len() {
             let is_whole = |element: &Element| {
@@ -270,8 +279,9 @@ impl Chain {
         }
     }
 
-    /// The pose of the last link (for [`Convention::Frames`]: of its joint frame) in the base frame. `q`: coordinates of the
-    /// chain in the table, rad (m); `torque`: holding torques, N m (N); `values`: one per parameter.
+    /// The pose of the last link in the base frame; for
+    /// [`Convention::Frames`], the pose of the joint frame of the last link. `q`: coordinates of the chain in the table, rad
+    /// (m); `torque`: holding torques, N m (N); `values`: one per parameter.
     pub fn pose(&self, q: &[f64], torque: &[f64], values: &[f64]) -> Placed {
         self.walked(q, torque, values, |_, _| {})
     }
@@ -322,8 +332,8 @@ impl Chain {
         pose
     }
 
-    /// The pose of each link of the chain in the frame of its antecedent at q = 0, with these errors: of link frames for
-    /// [`Convention::Dh`], of joint frames for [`Convention::Frames`].
+    /// The pose of each link of the chain relative to its antecedent (the link before it) at q = 0, with the errors
+    /// `values`. The poses are those of link frames for [`Convention::Dh`], and of joint frames for [`Convention::Frames`].
     pub fn placements(&self, values: &[f64]) -> Vec<Placed> {
         let each = self.elements.len() / self.links.len().max(1);
         let at_zero = |elements: &[Element]| {
@@ -356,7 +366,7 @@ mod tests {
         (a.position - b.position).norm() + (a.rotation - b.rotation).norm()
     }
 
-    /// The nominal chain has the poses of the robot, for both conventions.
+    /// Without errors, the chain gives the poses of the robot, in both conventions.
     #[test]
     fn a_chain_without_errors_is_the_robot() {
         let robot = arm();
@@ -371,7 +381,8 @@ mod tests {
         }
     }
 
-    /// An error of a letter moves the pose like the same change of the description.
+    /// An error of a geometric parameter (letter) has the same effect on the pose as an equal change of this parameter in the
+    /// description.
     #[test]
     fn an_error_is_a_change_of_the_description() {
         let robot = arm();
@@ -403,7 +414,7 @@ mod tests {
         assert_eq!(checked, 36);
     }
 
-    /// The twists are the derivatives of the pose: compared with central differences at random errors.
+    /// The twists are the derivatives of the pose. They are compared with central differences at random errors.
     #[test]
     fn twists_are_derivatives() {
         let robot = arm();

@@ -1,4 +1,7 @@
 //! Options for a table of postures: the columns, and corrections of their numbers.
+//!
+//! A correction repairs a mistake in a table, for example degrees instead of radians; the search for mistakes proposes
+//! corrections.
 
 use std::fmt;
 
@@ -47,7 +50,8 @@ pub struct TableCorrections {
     pub other_angles: bool,
     /// Whether the order of a quaternion is w, x, y, z.
     pub scalar_first: bool,
-    /// Whether the poses are poses of the base in the frame of the tool: those of a tag that a camera on the hand sees.
+    /// Whether the measured poses are inverted: poses of the base in the frame of the tool. This is the case if a camera on the
+    /// hand measures a fixed tag.
     pub inverted_poses: bool,
     /// Joints whose positions have the wrong sign.
     pub reversed: Vec<String>,

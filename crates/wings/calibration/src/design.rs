@@ -15,6 +15,9 @@
 //! O1 = (s_1 .. s_L)^(1/L) / sqrt(m)   O2 = s_L / s_1   O3 = s_L   O4 = s_L^2 / s_1   O5 = 1 / (1/s_1 + .. + 1/s_L)
 //! ```
 //! Not checked: the way from one posture to the next, on which a robot may touch something.
+//!
+//! Random postures are used for three purposes: candidates for the design, postures for comparison, and postures at which the
+//! accuracy of positions is predicted (elsewhere).
 
 use std::fmt::{self, Write};
 use std::path::Path;
@@ -36,15 +39,16 @@ use crate::request::{CalibrateRequest, Calibrated, Measured};
 
 /// Noise of a measured length, m, and of a measured angle, rad, in the predictions.
 pub const DESIGN_NOISE: f64 = 1e-4;
-/// Numbers of postures of the curve.
+/// Numbers of postures for which designs are compared with random postures (the curve).
 const SIZES: [usize; 4] = [10, 20, 50, 100];
-/// Postures from which the design is chosen; postures at which positions are predicted; postures at random for comparison.
+/// Three numbers of random postures. `CANDIDATES`: the design is chosen from these. `ELSEWHERE`: the accuracy of predicted
+/// positions is computed at these. `AT_RANDOM`: the design is compared with these.
 const CANDIDATES: usize = 300;
 const ELSEWHERE: usize = 100;
 const AT_RANDOM: usize = 100;
 /// Largest number of random postures that are tested for contact.
 const TRIED: usize = 4000;
-/// Random poses that decide which links always touch.
+/// Number of random poses that decide which pairs of links always touch (such pairs are not tested for contact).
 const SAMPLED: usize = 300;
 /// Largest number of passes over the chosen postures, and the least gain of an exchange.
 const PASSES: usize = 5;
@@ -179,12 +183,13 @@ fn free_postures(
     Ok((free, notes))
 }
 
-/// Postures from which designs are chosen: candidates, then those at random, then those at which positions are predicted.
+/// All random postures, in this order: `CANDIDATES` postures from which designs are chosen, `AT_RANDOM` postures with which
+/// designs are compared, and `ELSEWHERE` postures at which positions are predicted.
 struct Pool {
     postures: Vec<Posture>,
-    /// Of each posture, the Jacobian of its measurements divided by their noise.
+    /// For each posture, the Jacobian of its measurements, divided by their noise.
     blocks: Vec<DMatrix<f64>>,
-    /// Of each posture, the Jacobian of the measured position, m.
+    /// For each posture, the Jacobian of the measured position, m.
     positions: Vec<DMatrix<f64>>,
     first: DMatrix<f64>,
 }
@@ -222,7 +227,8 @@ impl Pool {
         all.fold((0, f64::NEG_INFINITY), |best, next| if next.1 > best.1 + LEAST_GAIN { next } else { best })
     }
 
-    /// The candidates that determine most: one after the other, then exchanged until no exchange gains.
+    /// The best `count` candidates. They are first chosen one after the other. Then each is exchanged with a better candidate,
+    /// until no exchange increases the information.
     fn designed(&self, count: usize) -> Vec<usize> {
         let mut chosen: Vec<usize> = Vec::new();
         for _ in 0..count.min(CANDIDATES) {
@@ -329,7 +335,8 @@ mod tests {
         rist::parse_robot(text, Path::new("arm.yaml"), &rist::ModelOptions::default()).unwrap()
     }
 
-    /// Designed postures determine more than as many at random, within the limits, and their file has the columns of the joints.
+    /// Designed postures are within the limits, and determine the parameters better than the same number of random postures.
+    /// The file of the design has the columns of the joints.
     #[test]
     fn designed_postures_tell_more() {
         let robot = arm(&ARM.replace("theta: q3", "theta: q3, limits: {position: [-1, 0.5]}"));
@@ -339,7 +346,8 @@ mod tests {
             let pair = found.curve.iter().find(|p| p[0].as_ref().is_some_and(|d| d.count == count)).unwrap();
             pair[which].clone().unwrap()
         };
-        // As many at random have at least 1.2 times the largest sigma of the design (1.4 here), and less information.
+        // With the same number of random postures, the largest sigma is at least 1.2 times as large as with the design (1.4
+        // times here), and the information is smaller.
         for count in [10, 20] {
             let (designed, random) = (of(count, 0), of(count, 1));
             assert!(1.2 * designed.largest_sigma < random.largest_sigma && designed.ln_det > random.ln_det, "{found}");

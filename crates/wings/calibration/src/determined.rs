@@ -4,6 +4,10 @@
 //! N: information matrix of the fitted parameters, the inverse of their covariance. More postures with the Jacobian J and the
 //! noise s give the information matrix N + J' J / s^2. So the intervals after more postures are known before these postures
 //! are measured. A component of a predicted pose with the row j of the Jacobian has the variance j N^-1 j'.
+//!
+//! Result: claims, each with a remedy, for example a number of further postures. A claim is one statement with its evidence.
+//! The spread is the root mean square distance of the measured points from their mean. A prior is a standard deviation that the
+//! errors of the geometry are assumed to have. A level is one fit with a certain set of parameters.
 
 use claims::{Claim, Figure, Outcome, Subject, Topic, significant};
 use identification::estimate::topics::{PARAMETERS, cannot_tell};
@@ -29,7 +33,8 @@ pub(crate) const OTHER_ANGLES: Topic = Topic("angles within the limits of the jo
 const WIDE: f64 = 0.02;
 /// Largest 95 % interval of a predicted pose, rad, or as a share of the spread of the postures.
 const WIDE_POSE: f64 = 0.01;
-/// A prior decides a parameter if the data leave more than this share of its variance.
+/// The prior determines a parameter more than the data do if the variance after the fit is larger than this share of the prior
+/// variance.
 const HELD: f64 = 0.5;
 /// Level of the intervals.
 const LEVEL: f64 = 0.95;
@@ -37,12 +42,12 @@ const LEVEL: f64 = 0.95;
 const ELSEWHERE: usize = 100;
 /// Numbers of further postures that are tried.
 const FURTHER: [usize; 4] = [10, 30, 100, 300];
-/// A joint that moves over a smaller share of its range is named.
+/// Joints that move over a smaller share of their range than this are named.
 const LITTLE_MOTION: f64 = 0.25;
 /// Largest number of names in a sentence.
 const NAMES: usize = 6;
 
-/// A fit, for which the methods find out what its postures determine.
+/// A fit of a calibration. The methods find out which parameters the postures of this fit determine.
 pub(crate) struct Determination<'a> {
     /// The robot.
     pub robot: &'a Robot,
@@ -94,8 +99,9 @@ impl Determination<'_> {
         }
     }
 
-    /// The fitted parameters of the robot whose interval is too wide: place in the fit, motion of the robot by half of the
-    /// interval, rad (m). `covariance`: of the fitted parameters.
+    /// The fitted parameters of the robot whose intervals are too wide. For each: its index in the fit, and by how much a
+    /// change of the parameter by half of its interval moves the robot, rad (m). `covariance`: covariance of the fitted
+    /// parameters.
     fn wide(&self, covariance: &DMatrix<f64>) -> Vec<(usize, f64)> {
         let spread = spread(self.problem);
         let of = |(place, k): (usize, &usize)| {
@@ -107,7 +113,7 @@ impl Determination<'_> {
         self.level.fit.active.iter().enumerate().filter_map(of).collect()
     }
 
-    /// The errors of the geometry that the prior decides more than the data: places in the fit.
+    /// The errors of the geometry that the prior determines more than the data do, as indices in the fit.
     fn held(&self, covariance: &DMatrix<f64>) -> Vec<usize> {
         let Some(deviation) = self.level.deviation else { return Vec::new() };
         let prior = |k: usize| {
@@ -145,7 +151,8 @@ impl Determination<'_> {
         self.names.of(self.problem.parameters[self.level.fit.active[place]]).to_string()
     }
 
-    /// `zero q3 +- 158 mrad`: a parameter with the motion of the robot by half of its interval.
+    /// Text of a parameter, for example `zero q3 (+- 158 mrad)`: the number is the motion of the robot that corresponds to half
+    /// of the interval.
     fn with_size(&self, (place, size): (usize, f64)) -> String {
         let is_length = self.is_length(self.problem.parameters[self.level.fit.active[place]]);
         let unit = if is_length { "mm" } else { "mrad" };

@@ -7,6 +7,9 @@
 //! Errors of the geometry may have a weak prior. Each error x_k then has the expected value 0 and the same standard deviation
 //! s. A base parameter is y_i = x_i + sum_k beta_ik x_k, so the prior of the base parameters has the covariance s^2 (1 + beta
 //! beta').
+//!
+//! Unknowns are the frames of base and tool, and the parameters of the chain (zeros, errors of the geometry, scales of joints,
+//! compliances). The leverage of a row is the share of the fit in its prediction. An outlier is a posture that is left out.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -29,7 +32,7 @@ const FIRST_DAMPING: f64 = 1e-5;
 const DAMPING_FACTOR: f64 = 10.0;
 /// The search ends at this damping: no step reduces the sum of squares.
 const LAST_DAMPING: f64 = 1e10;
-/// Number of rounds in which weights and noise follow from the residuals.
+/// Number of rounds. In each round, weights and noise are computed from the residuals, and the fit is repeated.
 const ROUNDS: usize = 8;
 /// Postures whose residual exceeds this multiple of the noise get less weight (Cauchy's weight).
 const CAUCHY: f64 = 2.5;
@@ -37,7 +40,7 @@ const CAUCHY: f64 = 2.5;
 const NORMAL_MEDIAN: f64 = 1.4826;
 /// A posture is an outlier if its residual has a smaller chance than a normal deviate of this size.
 const OUTLIER_DEVIATE: f64 = 4.5;
-/// Smallest noise, m and rad: rounding of the tables.
+/// The noise is never assumed to be smaller than this value, which is the rounding error of the numbers in a table, m and rad.
 const LEAST_NOISE: f64 = 1e-12;
 /// Largest fraction of postures that can be outliers.
 const MOST_OUTLIERS: f64 = 0.2;
@@ -83,9 +86,9 @@ impl Prior {
 /// Standard deviation of the noise of lengths, m, and of angles, rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Of lengths, m.
+    /// Standard deviation of lengths, m.
     pub length: f64,
-    /// Of angles, rad.
+    /// Standard deviation of angles, rad.
     pub angle: f64,
 }
 
@@ -188,7 +191,7 @@ impl Fitter<'_> {
         Fit { unknowns: at, active: self.active.to_vec(), covariance, noise: weights.noise, freedom, used, squares }
     }
 
-    /// Whether each posture is used: its normalised residual is one of a normal distribution.
+    /// For each posture, whether it is used: a normal distribution must explain its normalised residual.
     fn outliers(&self, rows: &Linearised, noise: &Noise, count: usize) -> Vec<bool> {
         let sizes = sizes(rows, noise, count);
         let mut each = vec![0usize; count];
@@ -237,7 +240,7 @@ impl Fitter<'_> {
     pub(crate) fn search(&self, start: &Unknowns, noise: Noise, steps: usize) -> (Unknowns, f64) {
         let mut weights = Weights { noise, posture: vec![1.0; self.problem.postures.len()] };
         let (at, _) = self.settled(start, &weights, steps, ROUGH);
-        // The starts are compared by a sum to which an outlier adds little.
+        // Different starts are compared by a sum in which an outlier has little weight.
         let rows = self.problem.linearised_of(&at, self.rows);
         let sizes = sizes(&rows, &noise, weights.posture.len());
         weights.posture = sizes.iter().map(|size| cauchy(*size)).collect();
@@ -245,7 +248,7 @@ impl Fitter<'_> {
         (at, robust)
     }
 
-    /// A fit with given noise whose postures are weighted once, for the comparison of priors.
+    /// A short fit for the comparison of priors. The noise is given, and the weights of the postures are computed only once.
     pub(crate) fn quick(&self, start: &Unknowns, noise: Noise) -> Unknowns {
         let rows = self.problem.linearised_of(start, self.rows);
         let sizes = sizes(&rows, &noise, self.problem.postures.len());

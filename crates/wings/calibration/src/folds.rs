@@ -1,5 +1,8 @@
 //! Computes the error of a fit on postures that were left out of it (folds, left out in turn), and chooses the prior with the
 //! smallest such error.
+//!
+//! The postures are divided into folds. Each fold is left out of the fit once and predicted. A prior is a standard deviation
+//! that the errors of the geometry are assumed to have; without one, they are free.
 
 use claims::Figure;
 
@@ -33,7 +36,8 @@ impl PredictionError {
         ratios.iter().product::<f64>().powf(1.0 / ratios.len().max(1) as f64)
     }
 
-    /// Figures of this error and of another: of the kind, lengths or angles, that differs more.
+    /// This error and another error as two numbers with a unit. Of lengths and angles, the kind in which the two errors differ
+    /// more is taken.
     pub(crate) fn compared(&self, other: &PredictionError) -> (Figure, Figure) {
         let kinds = [(self.length, other.length, "mm"), (self.angle, other.angle, "mrad")];
         let of = |(a, b, unit): &(Option<f64>, Option<f64>, &'static str)| {
@@ -50,7 +54,7 @@ impl PredictionError {
 pub(crate) struct ErrorSums {
     length: (f64, f64),
     angle: (f64, f64),
-    /// Normalised squares, each at most [`MOST`] squared.
+    /// Sum of squared residuals, each divided by the noise and limited to [`MOST`] squared.
     robust: f64,
 }
 
@@ -112,7 +116,7 @@ pub(crate) fn components(problem: &Problem) -> f64 {
     measured as f64 / points.len().max(1) as f64
 }
 
-/// The error on all postures.
+/// The errors of a fit on the postures `of`.
 pub(crate) fn error_on(problem: &Problem, at: &Unknowns, of: &[usize]) -> PredictionError {
     let mut sums = ErrorSums::default();
     sums.add(problem, at, of, &Noise { length: 1.0, angle: 1.0 });
@@ -176,7 +180,7 @@ impl Candidate<'_> {
         for deviation in DEVIATIONS.into_iter().map(Some).chain(self.may_be_free.then_some(None)) {
             let mut sums = ErrorSums::default();
             for ((out, kept), at) in folds.iter().zip(&mut starts) {
-                // Each prior starts where the narrower one ended.
+                // The search with each prior starts at the result of the previous, narrower prior.
                 let prior = self.prior(deviation);
                 let fitter = Fitter { problem: self.problem, active: self.active, prior: prior.as_ref(), rows: kept };
                 *at = fitter.quick(at, noise);
@@ -227,7 +231,8 @@ mod tests {
     use crate::calibrate::calibrate_table;
     use crate::request::{CalibrateRequest, Calibrated};
 
-    /// With folds of neighbouring postures, the zeros of the UR10 are predicted like by the baseline: 12.1 mm and 10.8 mrad.
+    /// The baseline (an independent program) predicts the UR10 with fitted zeros to 12.1 mm and 10.8 mrad. The folds of the
+    /// baseline consist of neighbouring postures; with such folds, this program has the same error.
     #[test]
     fn folds_explain_the_difference_to_the_baseline() {
         let folder = Path::new("/work/shared/data/calibration/ur10_camera");
@@ -238,7 +243,7 @@ mod tests {
         let robot = rist::read_robot(&folder.join("ur10.urdf"), &rist::ModelOptions::default()).unwrap();
         let mut table = Table::read(&folder.join("poses.csv")).unwrap();
         let count = table.rows();
-        // Every fifth row is a fold: so neighbours are put five rows apart.
+        // The program takes every fifth row as a fold. So neighbouring postures are put five rows apart, to be in one fold.
         let mut groups: Vec<Vec<usize>> = (0..5).map(|f| (0..count).filter(|k| k * 5 / count == f).collect()).collect();
         let order: Vec<usize> = (0..5 * count).filter_map(|place| groups[place % 5].pop()).collect();
         for column in &mut table.columns {
@@ -246,7 +251,7 @@ mod tests {
         }
         let request = CalibrateRequest { what: Calibrated::Zeros, ..CalibrateRequest::default() };
         let found = calibrate_table(&robot, &table, &request, None).unwrap().levels[1].left_out;
-        // Half of the last printed digit of the baseline.
+        // The limits are the results of the baseline plus half of their last printed digit.
         assert!(found.length.unwrap() <= 12.15e-3 && found.angle.unwrap() <= 10.85e-3, "{found:?}");
     }
 }

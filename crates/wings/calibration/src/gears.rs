@@ -5,6 +5,9 @@
 //! that the fitted parameters explain is projected out. An error of a scale is named as a fault only if errors of the geometry
 //! are fitted too, and if the fit of the scale reduces the error on postures that were left out. Without fitted errors of the
 //! geometry, a scale might only imitate an error of the geometry.
+//!
+//! A claim is one statement with its evidence. It "agrees" if no error is found, and then states the smallest error that would
+//! have been found; it is "contradicted" if an error is significant.
 
 use claims::{Claim, Figure, Outcome, Remedy, Subject, Topic, Trial, significant};
 use identification::estimate::topics::cannot_tell;
@@ -16,7 +19,7 @@ use crate::level::Level;
 use crate::measurement::Problem;
 use crate::parameter::{Parameter, ParameterNames};
 
-/// The scale of a joint.
+/// Topic of claims on the scale of a joint.
 pub(crate) const GEAR: Topic = Topic("gear scale");
 
 /// `GEAR_LEVEL`: error probability of the test of all gear scales together. `POWER`: probability with which the test detects
@@ -196,7 +199,8 @@ mod tests {
         found.verdict.claims.iter().find(|c| *c.subject() == Subject::of(GEAR, ["q3"]))
     }
 
-    /// A right scale agrees, and an error of the printed size shows. Fitted, the claim is gone and the scale is found.
+    /// A correct scale gives the claim "agrees", with the smallest error that would have been detected; an error of this size
+    /// is detected. If a wrong scale is fitted, the claim is gone and the scale is found.
     #[test]
     fn a_wrong_scale_is_named_with_its_cure() {
         let right = found(0.0, Calibrated::Geometry, &[]);
@@ -212,7 +216,7 @@ mod tests {
         let cured = found(5e-3, Calibrated::Geometry, &["q3"]);
         assert_eq!((cured.verdict.trust, claim(&cured)), (Trust::Yes, None), "{cured}");
         let scale = cured.parameters(cured.level()).into_iter().find(|p| p.name == "gear q3").unwrap();
-        // Twice the 95 % interval: one draw in 10 000 lies outside.
+        // The limit is twice the 95 % interval. One draw in 10 000 lies outside.
         assert!((scale.value - 5e-3).abs() < 2.0 * scale.interval && scale.interval < 1e-3, "{cured}");
         let zeros = zeros_table(&cured, cured.level());
         assert!(

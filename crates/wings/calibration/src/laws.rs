@@ -1,4 +1,7 @@
 //! Tests of properties that every calibration must have, on simulated robots and on public measurements.
+//!
+//! The truth is the set of unknowns with which measurements are simulated. Zeros are errors of joint positions. The public
+//! measurements are outside the repository; without them, the test is skipped.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -59,7 +62,7 @@ pub(crate) fn simulated(kind: MeasurementKind, count: usize, zero: f64, seed: u6
     (robot, problem, truth)
 }
 
-/// The numerical Jacobian of the measurements by all parameters.
+/// The Jacobian of the measurements with respect to all parameters, by central differences.
 fn numerical(problem: &Problem, at: &Unknowns) -> DMatrix<f64> {
     let (p, step) = (problem.parameters.len(), 1e-6);
     let all: Vec<usize> = (0..problem.postures.len()).collect();
@@ -72,7 +75,8 @@ fn numerical(problem: &Problem, at: &Unknowns) -> DMatrix<f64> {
     DMatrix::from_fn(columns[0].0.len(), p, |r, k| (columns[k].1[r].0 - columns[k].0[r].0) / (2.0 * step))
 }
 
-/// The Jacobian of the residuals and the rank of the base parameters agree with numerical ones, for every kind of measurement.
+/// For every kind of measurement, the exact Jacobian of the residuals equals a numerical one (by central differences), and the
+/// number of base parameters equals the rank of the numerical Jacobian.
 #[test]
 fn jacobian_and_rank_are_those_of_numbers() {
     for kind in
@@ -91,12 +95,14 @@ fn jacobian_and_rank_are_those_of_numbers() {
         assert_eq!(base.kept.len(), rank, "{kind:?}");
         assert!(base.gap() > 1e6, "{kind:?}: {base:?}");
     }
-    // A 6R arm with all six of base and tool free has 4 x 6 + 6 base parameters [Khalil, Dombre 2002].
+    // A 6R arm has 4 x 6 + 6 base parameters if the six pose parameters of the base and of the tool are unknown
+    // [Khalil, Dombre 2002].
     let (robot, problem, _) = simulated(MeasurementKind::Pose, 1, 0.0, 1);
     assert_eq!(geometric_base(&robot, &problem, is_rigid).unwrap().kept.len(), 30);
 }
 
-/// Without noise the fit reproduces the poses of the truth to rounding, from zeros 30 degrees off and without a start.
+/// Without noise, the fit finds the true zeros up to rounding, although they differ from the description by up to 30 degrees
+/// and no initial guess is given.
 #[test]
 fn far_zeros_are_found_without_a_start() {
     for kind in [MeasurementKind::Pose, MeasurementKind::Points(1)] {
@@ -115,7 +121,7 @@ fn far_zeros_are_found_without_a_start() {
     }
 }
 
-/// The base parameters are covered at their level, and a new posture is predicted within its bound.
+/// The 95 % intervals of the base parameters contain the true values in about 95 % of the cases.
 #[test]
 fn intervals_cover() {
     let (mut inside, mut all) = (0u32, 0u32);
@@ -125,7 +131,7 @@ fn intervals_cover() {
         let rows: Vec<usize> = (0..30).collect();
         let noise = Noise { length: 1e-4, angle: 1e-4 };
         let fit = Fitter { problem: &problem, active: &base.kept, prior: None, rows: &rows }.fit(&truth, noise);
-        // The base parameters of the truth: those that a fit without noise finds.
+        // The true base parameters are found by a fit to measurements without noise.
         let without_noise = measured(&problem, &truth, [0.0; 2], &mut Random::new(1));
         let exact = Fitter { problem: &without_noise, active: &base.kept, prior: None, rows: &rows }.fit(&truth, noise);
         let quantile = numerics::student::two_sided_quantile(0.05, fit.freedom);
@@ -137,13 +143,14 @@ fn intervals_cover() {
             all += 1;
         }
     }
-    // 12 x 18 parameters at 95 %: three standard deviations of this count are 4.4 %.
+    // Expected are 95 % of 12 x 18 parameters; three standard deviations of this share are 4.4 %.
     let share = f64::from(inside) / f64::from(all);
     assert!((0.90..=0.995).contains(&share), "{share}");
 }
 
-/// An arm whose axes are all parallel: a component of the tool acts like one of the base, and an error of an angle multiplies it. So
-/// the intervals cover only if this component is the same in every fit. Zeros are within half a turn.
+/// If all axes of an arm are parallel, a component of the tool has the same effect as a component of the base, so its value is
+/// arbitrary. This value multiplies the errors of angles. So the intervals contain the true values only if every fit chooses
+/// the same value.
 #[test]
 fn intervals_of_parallel_axes_cover() {
     let text = "convention: khalil-kleinfinger\nname: plane\ncoordinates: [q1, q2, q3]\nlinks:\n  - {link: 1, antecedent: base, \
@@ -169,7 +176,8 @@ fn intervals_of_parallel_axes_cover() {
             all += 1;
         }
     }
-    // 16 x 7 parameters at 95 %: three standard deviations of this count are 6 %, and more as those of a draw are correlated.
+    // Expected are 95 % of 16 x 7 parameters. Three standard deviations of this share are 6 %, and slightly more because the
+    // parameters of one draw are correlated.
     let share = f64::from(inside) / f64::from(all);
     assert!(share >= 0.88, "{share}");
 }
@@ -186,7 +194,7 @@ pub(crate) fn calibrated(
     calibrate_table(robot, &table(problem, robot), &request, None).unwrap()
 }
 
-/// Each mistake of a table is a no, with the correction that cures it.
+/// For each mistake in a table, the verdict is "no", and the mistake is named with the correction that removes it.
 #[test]
 fn mistakes_are_named_with_their_cure() {
     let (robot, problem, _) = simulated(MeasurementKind::Pose, 30, 0.03, 21);
@@ -230,7 +238,7 @@ fn mistakes_are_named_with_their_cure() {
     assert!(found.verdict.trust != Trust::Yes && found.to_string().contains("joint q3 never moves"), "{found}");
 }
 
-/// Touched points, planes and spheres determine zeros.
+/// If the tool touches a point, a plane or a sphere at every posture, the zeros are determined.
 #[test]
 fn what_is_touched_determines_zeros() {
     let robot = arm();
@@ -240,7 +248,8 @@ fn what_is_touched_determines_zeros() {
         let problem = problem(&robot, Convention::Dh, kind, 60, &mut random);
         let mut truth = truth(&problem, 0.03, 0.0, &mut random);
         truth.points[0] = nalgebra::Vector3::new(0.05, 0.02, 0.2);
-        // The last three joints reach the target from where the others are: Newton steps on the touched condition.
+        // Newton steps move the last three joints until the tool touches the target; the other joints keep their random
+        // positions.
         let target = nalgebra::Vector3::new(0.7, 0.2, 0.4);
         let reached: Vec<_> = problem
             .postures
@@ -291,7 +300,7 @@ fn what_is_touched_determines_zeros() {
     }
 }
 
-/// Compliances under gravity are found, and reduce the error.
+/// Compliances are found from the deflections under gravity, and including them reduces the error.
 #[test]
 fn compliances_are_found() {
     let (robot, mut random) = (arm(), Random::new(41));
@@ -313,7 +322,7 @@ fn compliances_are_found() {
     for p in found.parameters(stiff) {
         let Parameter::Compliance { coordinate } = p.parameter else { continue };
         if (1..5).contains(&coordinate) {
-            // Two intervals: one parameter of four may lie outside of its own.
+            // The limit is two intervals, because one of four parameters may be outside of its interval.
             assert!((p.value - 2e-5 * coordinate as f64).abs() < 2.0 * p.interval, "{found}");
         }
     }
@@ -352,7 +361,8 @@ fn a_written_urdf_is_the_calibrated_robot() {
     assert!((turned_by(nalgebra::Vector3::zeros()) - nalgebra::Matrix3::identity()).norm() < 1e-15);
 }
 
-/// Error on postures left out, of three public sets, against the baseline beside the data: [zeros, geometry], m and rad.
+/// For three public data sets, the error on postures left out is at most the error of the baseline, an independent program
+/// whose results are stored next to the data. Each pair: error with fitted zeros, and with fitted geometry; m, then rad.
 #[test]
 fn public_sets_are_predicted_like_the_baseline() {
     let folder = PathBuf::from("/work/shared/data/calibration");
@@ -360,8 +370,9 @@ fn public_sets_are_predicted_like_the_baseline() {
         eprintln!("skipped: {} is not there", folder.display());
         return;
     }
-    // The baseline of the zeros of the UR10 is 12.1 mm and 10.8 mrad. The folds decide the last digit: 40 random folds of its 23
-    // postures give 12.2 +- 0.33 mm here (the description alone: 12.3), and folds of neighbours give the baseline, see below.
+    // The baseline has 12.1 mm and 10.8 mrad for the UR10 with fitted zeros. The last digit depends on the choice of the folds.
+    // With 40 random choices for the 23 postures, this program has 12.2 +- 0.33 mm (the description alone: 12.3 mm). With folds
+    // of neighbouring postures, it has the error of the baseline (test in `folds`).
     let sets = [
         ("ur10_camera/ur10.urdf", "ur10_camera/poses.csv", [12.6e-3, 4.29e-3], [10.8e-3, 8.1e-3]),
         ("talos_contact/talos_left_arm.urdf", "talos_contact/points.csv", [1.66e-3, 0.83e-3], [0.0; 2]),
@@ -375,7 +386,7 @@ fn public_sets_are_predicted_like_the_baseline() {
             assert!(level.left_out.angle.is_none_or(|found| found <= angle), "{csv} {found}");
         }
         assert!(found.mistakes.is_empty(), "{csv} {found}");
-        // No yes: the postures are few, or hardly move some joints.
+        // The verdict is not "yes", because there are few postures, or because some joints hardly move.
         assert_eq!(found.verdict.trust, Trust::WithCare, "{csv} {found}");
     }
 }

@@ -1,5 +1,8 @@
 //! A level: the fit of some groups of parameters (frames, zeros, geometry, compliances), with its error on postures that were
 //! left out.
+//!
+//! Base parameters are the errors that measurements at any posture can determine. The postures are divided into folds, and each
+//! fold is left out of the fit once and predicted.
 
 use rist::Error;
 
@@ -8,9 +11,9 @@ use crate::fit::{Fit, Noise};
 use crate::folds::{Candidate, ErrorSums, PredictionError, error_of, error_on};
 use crate::measurement::{Problem, Unknowns};
 
-/// A fit without a prior needs this many rows per parameter.
+/// A fit without a prior needs at least this number of rows per parameter.
 const ROWS_PER_PARAMETER: f64 = 1.25;
-/// A zero above this is far off, rad (m).
+/// A zero error above this value counts as far off (probably a mistake in the table), rad (m).
 const FAR_ZERO: f64 = 1.0;
 
 /// A fit of some groups of parameters, with its error on postures that were left out.
@@ -69,12 +72,12 @@ impl Level {
         Ok(Level { what, base, undetermined, fit, deviation, fitted, left_out, each })
     }
 
-    /// The error on those postures left out that are `used`.
+    /// The error on postures left out, computed only over the postures that are `used`.
     pub(crate) fn left_out_on(&self, problem: &Problem, used: &[bool]) -> PredictionError {
         error_of(problem, &self.each, |r| used[r])
     }
 
-    /// The same fit with other parameters.
+    /// The candidate with the settings of this level and with the parameters `active`.
     pub(crate) fn candidate<'a>(&'a self, problem: &'a Problem, active: &'a [usize]) -> Candidate<'a> {
         let all: Vec<usize> = (0..problem.postures.len()).collect();
         let rows = problem.residuals_of(&self.fit.unknowns, &all).len();

@@ -9,6 +9,9 @@
 //! ```
 //! A robot may touch something at each posture instead of being measured. If it touches a plane, z of the point counts as
 //! measured, with the value 0. If it touches a fixed point, x, y and z count as measured, with the value 0.
+//!
+//! A problem consists of the postures (joint positions with measurements), the chain to the measured link, and the list of all
+//! parameters. Rows are the components of the residuals (measurement minus prediction), each a length or an angle.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 
@@ -68,7 +71,7 @@ pub struct Problem {
     pub kind: MeasurementKind,
     /// The postures.
     pub postures: Vec<Posture>,
-    /// All parameters: unknowns of the measurement, then those of the chain.
+    /// All parameters: first the unknowns of the measurement, then the parameters of the chain.
     pub parameters: Vec<Parameter>,
 }
 
@@ -132,7 +135,7 @@ impl Problem {
         Problem { chain, kind, postures, parameters }
     }
 
-    /// The same problem with other postures.
+    /// A problem with the same chain and kind of measurement, but with other postures.
     pub fn with(&self, postures: Vec<Posture>) -> Problem {
         Problem { postures, ..self.clone() }
     }

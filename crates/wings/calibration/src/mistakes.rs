@@ -4,6 +4,9 @@
 //! The share of a fit is the median error over the postures, relative to the spread of the measured points (for angles:
 //! relative to 1 rad). A mistake is named if its correction divides the share by at least [`CURED`]. If other mistakes explain
 //! the table equally well, they are named too.
+//!
+//! Cured means that the share is small after the correction. The tip is the measured link; a wrong tip is one of the possible
+//! mistakes.
 
 use nalgebra::Vector3;
 use rist::Error;
@@ -16,7 +19,7 @@ use crate::pose_table::PoseTable;
 use crate::start::start;
 use robot::Robot;
 
-/// A correction must divide the share by this.
+/// A correction is named only if it divides the share (see above) by at least this value.
 const CURED: f64 = 3.0;
 /// A correction explains the table as well as the best correction does if its share is at most this multiple of the best
 /// share.
@@ -119,7 +122,7 @@ fn candidates(table: &PoseTable, given: &TableCorrections) -> Vec<(String, Table
     all
 }
 
-/// The share of a fit of frames and zeros, whose start needs no initial guess.
+/// The share (median error relative to the spread) after a fit of frames and zeros. The fit needs no initial guess.
 fn share_under(robot: &Robot, problem: &Problem) -> Result<f64, Error> {
     let is_rigid = |group| matches!(group, ParameterGroup::Frames | ParameterGroup::Zeros);
     let active = geometric_base(robot, problem, |p| is_rigid(p.group()))?.kept;
@@ -183,7 +186,7 @@ mod tests {
         simulated(MeasurementKind::Pose, 60, 0.03, 21).1
     }
 
-    /// Quaternions with w first: named, and cured by their correction.
+    /// Quaternions with w first are named as the mistake, and the named correction removes it.
     #[test]
     fn quaternions_with_w_first_are_named() {
         let mut wrong = good();
@@ -200,7 +203,8 @@ mod tests {
         assert!(cured.mistakes.is_empty() && cured.verdict.trust == Trust::Yes, "{cured}");
     }
 
-    /// A marker on link 4 that is taken for one on the last link, and the reverse: the measured link is named, and cures.
+    /// A marker is on link 4, but is assumed to be on the last link, or the reverse. The program names the link that was really
+    /// measured; with this link, the verdict is "yes".
     #[test]
     fn another_measured_link_is_named() {
         let (robot, whole) = (arm(), good());
@@ -246,7 +250,8 @@ mod tests {
         assert!(!found(&good()).to_string().contains("not on the robot"));
     }
 
-    /// Wrong rows, 5 % of the table: named by their lines and left out; without them the answer is yes.
+    /// Three wrong rows (5 % of the table) are named by their lines and left out of the fit. Without these rows, the verdict is
+    /// "yes".
     #[test]
     fn wrong_rows_are_named() {
         let mut wrong = good();
@@ -262,7 +267,8 @@ mod tests {
         assert!(cured.outliers(cured.level()).is_empty() && cured.verdict.trust == Trust::Yes, "{cured}");
     }
 
-    /// A joint that stands still: no yes, and what would tell; with postures in which it moves, the answer is yes.
+    /// If a joint never moves, the verdict is not "yes", and the program names the joint. With additional postures in which the
+    /// joint moves, the verdict is "yes".
     #[test]
     fn a_joint_at_rest_is_named() {
         let (robot, mut random) = (arm(), Random::new(9));

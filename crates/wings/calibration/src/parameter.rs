@@ -1,8 +1,12 @@
 //! The parameters of a kinematic calibration, and their names.
+//!
+//! Two groups: unknowns of the measurement (pose of the base, tool, measured points), and errors of the robot (zeros of joints,
+//! geometry, scales, compliances). A letter names a geometric parameter of a link. An axis is a number from 0 to 5: x, y, z,
+//! then the angles about x, y, z.
 
 use std::fmt;
 
-/// A letter of the geometry of a link: those of Khalil and Kleinfinger, and beta of Hayati.
+/// A geometric parameter of a link, named by its letter: the six parameters of Khalil and Kleinfinger, and beta of Hayati.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Letter {
     /// Angle about the z axis of the antecedent, rad.

@@ -4,6 +4,9 @@
 //! `position.x` or `px`. Several points have `x1`, `y1`, `z1`, `x2` .., also written `marker1_x`. An orientation has the
 //! columns `qx` .. `qw`, `roll pitch yaw`, `phix phiy phiz` (also roll, pitch and yaw), or `rx ry rz` (a rotation vector).
 //! `distance` is a distance from a fixed point. A unit is in brackets after the name: `[mm]`, `[deg]`.
+//!
+//! If the tool touched something at each posture, the table needs no measurement columns: the touched object is the
+//! measurement.
 
 use std::path::Path;
 
@@ -17,7 +20,7 @@ use crate::measurement::{MeasurementKind, Posture};
 
 /// Largest number of postures of a table.
 const MAX_POSTURES: usize = 20_000;
-/// The norm of a quaternion may differ from 1 by this.
+/// Largest allowed difference between the norm of a quaternion and 1.
 const QUATERNION_NORM_SLACK: f64 = 0.01;
 /// Largest number of columns that an error message lists.
 const MAX_SHOWN_COLUMNS: usize = 30;
@@ -34,7 +37,7 @@ rist::words! {
     }
 }
 
-/// The numbers of an orientation.
+/// The form in which the table gives orientations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Orientation {
     Quaternion,
@@ -85,7 +88,7 @@ impl Source {
 }
 
 impl PoseTable {
-    /// Reads the postures of the coordinates `of`, indices of coordinates of the robot.
+    /// Reads the postures. `of`: the indices of the coordinates of the robot that the table gives.
     ///
     /// Fails if the file cannot be read, or if a column is missing.
     pub fn read(
@@ -159,7 +162,7 @@ impl PoseTable {
         Ok(read)
     }
 
-    /// Drops points whose columns repeat those of another point.
+    /// Removes a point if its columns have the same numbers as the columns of another point.
     fn distinct_points(&mut self, table: &Table, points: Vec<[Option<Source>; 3]>) -> Vec<[Option<Source>; 3]> {
         let is_same = |a: &[Option<Source>; 3], b: &[Option<Source>; 3]| {
             a.iter().zip(b).all(|(a, b)| match (a, b) {

@@ -1,4 +1,6 @@
 //! Writes the result of a calibration as text and as JSON.
+//!
+//! Base parameters are the errors that measurements can determine; a rule states how another error is contained in them.
 
 use std::fmt;
 
@@ -18,7 +20,7 @@ use crate::parameter::ParameterGroup;
 use crate::request::CalibrateRequest;
 use crate::verdict::{errors, shown};
 
-/// Digits of printed values.
+/// Number of significant digits of printed values.
 const DIGITS: usize = 4;
 
 fn error_json(error: &PredictionError) -> Value {
@@ -145,7 +147,8 @@ impl fmt::Display for Calibration {
     }
 }
 
-/// The base geometric parameters of a robot as text: those that full poses determine, and the rules of the others.
+/// The base geometric parameters of a robot as text: the parameters that measurements of full poses determine, and for each
+/// other parameter the rule by which it is contained in them.
 ///
 /// Fails if the chain is unknown, or if a loop moves it.
 pub fn inspected(robot: &Robot, request: &CalibrateRequest) -> Result<(String, Value), Error> {

@@ -1,4 +1,7 @@
 //! Simulated calibrations for tests: an arm with known errors, and postures that it measures.
+//!
+//! A problem consists of postures, the chain to the measured link, and the list of parameters. The truth is the set of unknowns
+//! with which measurements are simulated.
 
 use std::path::Path;
 
@@ -10,7 +13,8 @@ use crate::chain::{Chain, Convention, Placed, turned_by};
 use crate::measurement::{MeasurementKind, Posture, Problem, Unknowns};
 use crate::parameter::{Parameter, ParameterGroup};
 
-/// A 6R arm like those of industry: shoulder and elbow parallel, wrist spherical but for an offset.
+/// An arm with six revolute joints, similar to industrial arms: the axes of shoulder and elbow are parallel, and the last three
+/// axes intersect.
 pub(crate) const ARM: &str = "convention: khalil-kleinfinger
 name: arm
 gravity: [0, 0, -9.81]
@@ -28,7 +32,7 @@ pub(crate) fn arm() -> Robot {
     rist::parse_robot(ARM, Path::new("arm.yaml"), &rist::ModelOptions::default()).unwrap()
 }
 
-/// A problem with postures at random within 2 rad, without measurements yet.
+/// A calibration problem with random postures (joint positions within 2 rad), but without measurements.
 pub(crate) fn problem(
     robot: &Robot,
     convention: Convention,

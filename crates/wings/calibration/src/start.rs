@@ -11,6 +11,8 @@
 //!
 //! If only some components of a point are measured, several orientations of the base are tried. If zeros are far off, several
 //! random starts find the zeros; each start ends with damped Gauss-Newton steps.
+//!
+//! Zeros are the errors of joint positions. A residual is compared with the noise that the search assumes (`COARSE`).
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use random::Random;
@@ -24,18 +26,20 @@ use crate::parameter::{Parameter, ParameterGroup};
 const MAX_POSTURES: usize = 60;
 /// Noise that the search assumes, m and rad. Errors of a description have this size.
 const COARSE: Noise = Noise { length: 5e-3, angle: 5e-3 };
-/// Steps of a search from one start.
+/// Number of steps of a search from one start.
 const STEPS: usize = 25;
 /// Number of random starts of the zeros, and of random orientations of the base.
 pub(crate) const ZERO_STARTS: usize = 40;
 const BASE_STARTS: usize = 40;
-/// Range of the random zeros, rad: starts cover all zeros, and steps find those between them.
+/// Random zeros are drawn from minus this value to plus this value, rad. Gauss-Newton steps from such a start also reach larger
+/// zeros.
 const ZERO_RANGE: f64 = 1.2;
 /// If the residual per posture is below this multiple of [`COARSE`], no other zeros are tried.
 const GOOD: f64 = 4.0;
-/// Another start must reduce the sum to this fraction.
+/// Another start replaces the best start if its sum of squares is at most this fraction of the best sum.
 const BETTER: f64 = 0.9;
-/// Relative size of eigenvalues of a null space: errors of a description of some degrees.
+/// Eigenvalues below this fraction of the largest one belong to the null space. Errors of some degrees in the description cause
+/// eigenvalues of this size.
 const NULL: f64 = 1e-3;
 /// Number of vectors of a null space that are tried.
 const NULL_STARTS: usize = 12;
@@ -93,7 +97,7 @@ fn without_dropped(problem: &Problem, frames: &[usize], mut at: Unknowns) -> Unk
     at
 }
 
-/// Frames for given parameters of the chain: one by closed form, or several to be tried.
+/// Frames of base and tool for given parameters of the chain: one if there is a closed form, otherwise several that are tried.
 fn candidates(problem: &Problem, chain: &[f64]) -> Vec<Unknowns> {
     let at = Unknowns { chain: chain.to_vec(), ..problem.nominal() };
     let links: Vec<Placed> = poses(problem, chain);
@@ -109,7 +113,7 @@ fn candidates(problem: &Problem, chain: &[f64]) -> Vec<Unknowns> {
             {
                 return vec![with_base(problem, &links, at, base)];
             }
-            // A touched point does not tell the orientation of its frame; a plane does.
+            // The orientation of the frame is determined if the tool touches a plane, but not if it touches a point.
             let is_whole = problem.postures.iter().all(|p| p.points.iter().flatten().all(|x| x.is_finite()));
             let count = if is_whole { 1 } else { BASE_STARTS };
             let mut random = Random::new(0x6261_7365);
@@ -234,7 +238,9 @@ fn with_base(problem: &Problem, links: &[Placed], at: Unknowns, base: Matrix3<f6
     next
 }
 
-/// Starts for distances: fixed points around the robot. For a sphere also the point that the tool stays nearest to.
+/// Starting values if distances are measured: random positions of the fixed point around the robot. For a sphere, the first
+/// starting value is the point from which the tool has the most constant position (least squares); the sphere differs from it
+/// by its radius.
 fn around(problem: &Problem, links: &[Placed], at: &Unknowns) -> Vec<Unknowns> {
     let places: Vec<Vector3<f64>> = links.iter().map(|link| link.position).collect();
     let centre: Vector3<f64> = places.iter().sum::<Vector3<f64>>() / places.len().max(1) as f64;

@@ -5,6 +5,10 @@
 //! with the measurements. If it is above 5 %, something is wrong. A fit with more parameters than the zeros must not predict
 //! worse than the fit of the zeros. If it predicts worse, by a test of the squared errors of all postures, the verdict
 //! recommends the fit of the zeros.
+//!
+//! A claim is one statement with its evidence. A level is one fit: of the frames of base and tool alone, with zeros, with the
+//! geometry or the compliances. The spread of the measurements is the root mean square distance of the measured points from
+//! their mean.
 
 use claims::{
     Claim, Figure, Need, Outcome, Purpose, Remedy, Subject, Topic, Trial, Trust, lowering, significant, worst,
@@ -21,17 +25,17 @@ use crate::measurement::Problem;
 use crate::mistakes::{ANGLE_SPREAD, Mistake, spread, spread_of_links};
 use crate::parameter::ParameterNames;
 
-/// The error of lengths on postures that were left out.
+/// Topic of claims on the error of lengths, on postures that were left out of the fit.
 const LENGTHS: Topic = Topic("error of lengths on postures left out");
-/// The error of angles on postures that were left out.
+/// Topic of claims on the error of angles, on postures that were left out of the fit.
 const ANGLES: Topic = Topic("error of angles on postures left out");
-/// The comparison of the fits on postures that were left out.
+/// Topic of claims on the comparison of the fits, on postures that were left out.
 const COMPARISON: Topic = Topic("comparison of the fits");
-/// Postures that are left out as wrong.
+/// Topic of claims on postures that are left out because they seem wrong.
 const OUTLIERS: Topic = Topic("postures");
-/// Joints that follow from loops.
+/// Topic of claims on joints whose position follows from loops.
 const LOOPS: Topic = Topic("loops");
-/// Joints that stand still.
+/// Topic of claims on joints that stand still.
 const MOTION: Topic = Topic("motion");
 
 /// Largest error of a good calibration, relative to the spread of the measurements. An error above [`LARGE_SHARE`] is a fault.
@@ -130,13 +134,13 @@ fn of_mistake(mistake: &Mistake) -> Claim {
     Claim::new(Subject::whole(LOG), Outcome::Contradicted { fault: mistake.fault.clone(), remedy, trial })
 }
 
-/// Whether another fit predicts better than the one that was asked for.
+/// A claim on the comparison: whether another fit predicts better than the fit that the user asked for.
 fn of_comparison(problem: &Problem, levels: &[Level], recommended: usize) -> Option<Claim> {
     let level = levels.last()?;
     let errors = errors(problem, levels);
     let (own, least) = (errors.last()?, errors.get(recommended)?);
     let best = levels.get(recommended).filter(|_| recommended + 1 < levels.len())?;
-    // A fit of frames alone has no errors of the robot: then the description is as good.
+    // If the fit of the frames alone predicts best, the advice is to use the description unchanged.
     let (advice, remedy) = match best.what {
         "zeros" => ("calibrate zeros alone", Remedy::new("calibrate", "[what=zeros]").with("what", "zeros")),
         _ => ("keep the description", Remedy::new("calibrate", "keep the description, or measure more postures")),
@@ -221,7 +225,7 @@ fn of_motion(problem: &Problem, names: &ParameterNames) -> Vec<Claim> {
     (0..problem.chain.coordinates.len()).filter(still).map(claim).collect()
 }
 
-/// Zeros that are so far off that another sign or order of the joints may be the reason.
+/// A claim on zeros that are so large that a wrong sign or order of the joints may be the cause.
 fn of_zeros(problem: &Problem, names: &ParameterNames, level: &Level) -> Vec<Claim> {
     let claim = |k: usize| {
         let name = &names.coordinates[problem.chain.coordinates[k]];
@@ -280,8 +284,9 @@ mod tests {
         calibrated(robot, &problem, TableCorrections::default(), Calibrated::Geometry)
     }
 
-    /// The error on postures left out is printed before and after, and is not the error that would have shown. With noise of 1 % of
-    /// the spread nothing agrees, and with 10 % it is a fault.
+    /// The error on postures left out is printed for the description alone and for the calibrated robot. The claim "agrees"
+    /// states another number: the smallest error that would have been detected. With noise of 1 % of the spread, the verdict is
+    /// "with care", and with 10 % it is "no".
     #[test]
     fn the_error_on_postures_left_out_is_what_was_measured() {
         let good = found(&arm(), 1e-4);
@@ -293,7 +298,8 @@ mod tests {
             if let Some(Outcome::Agrees { smallest }) = of { smallest.value } else { panic!("{good}") }
         };
         let spread = 1e3 * spread(&good.problem);
-        // 1 % of the spread, and of 1 rad, with the room of a root mean square of 60 errors.
+        // The smallest error is 1 % of the spread or of 1 rad, plus an allowance for the random error of a root mean square of
+        // 60 errors.
         assert!((0.01..0.013).contains(&(smallest(LENGTHS) / spread)) && (10.0..13.0).contains(&smallest(ANGLES)));
         for (noise, trust) in [(1e-4, Trust::Yes), (1e-2, Trust::WithCare), (0.1, Trust::No)] {
             let found = found(&arm(), noise);
@@ -303,7 +309,7 @@ mod tests {
         }
     }
 
-    /// Geometry predicts as well as zeros, where its errors are too small to be seen and where there are none: that is no fault.
+    /// A fit of the geometry that predicts as well as the fit of the zeros is no fault.
     #[test]
     fn a_fit_that_predicts_as_well_is_no_fault() {
         let poor = found(&arm(), 1e-2);
@@ -311,7 +317,8 @@ mod tests {
         assert!(!found(&arm(), 1e-4).to_string().contains("predicts worse than"));
     }
 
-    /// Few postures with noise, and zeros that are right: fitted zeros predict worse, and the advice is followed by more postures.
+    /// The zeros of the description are correct. With few noisy postures, fitted zeros predict worse than fitted frames alone,
+    /// and the program says so. With many postures, it does not.
     #[test]
     fn a_fit_that_predicts_worse_is_named() {
         let of = |count: usize, seed: u64| {
@@ -328,8 +335,8 @@ mod tests {
         assert!(!many.to_string().contains("predicts worse"), "{many}");
     }
 
-    /// A parallelogram moves joint 3 of the SR400: the chain has the poses of the robot, its lengths are assumed, and no yes follows.
-    /// Joints that follow from a loop by numbers are refused.
+    /// A parallelogram moves joint 3 of the SR400. The chain has the same poses as the robot, and a claim says that the lengths
+    /// of the parallelogram are assumed. A robot whose joints follow from numerically solved loops is refused.
     #[test]
     fn loops_are_assumed_or_refused() {
         let robot = of_workspace("models/sr400.par");

@@ -1,5 +1,8 @@
 //! Writes the result of a calibration into files: the joint origins of a URDF, the table of a YAML description, the file of
 //! kinematics of a UR, or a table of zeros.
+//!
+//! A level is one fit of the calibration, with zeros (errors of joint positions) and possibly errors of the geometry. Scales
+//! (gear ratios) cannot be written into a description.
 
 use random::Random;
 use rist::Error;
@@ -16,9 +19,10 @@ use crate::parameter::{Letter, Parameter, ParameterGroup};
 const WRITTEN: f64 = 1e-9;
 /// Number of random postures at which both poses are compared.
 const COMPARED: usize = 5;
-/// Links of a UR by their keys in the file of its kinematics.
+/// The links of a UR, named by their keys in the file of kinematics.
 const UR_LINKS: [&str; 6] = ["shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"];
-/// The checksum in the file of the kinematics of a UR. The driver compares it with the robot's own, from which this file differs.
+/// The checksum in a file of kinematics for a UR. The driver compares it with the checksum of the robot's controller. This text
+/// equals no such checksum, because the calibrated kinematics differ from those in the controller.
 const UR_HASH: &str = "calib_rist";
 
 /// The URDF `text` with the calibrated origins of the joints; zeros are part of the origins. All other bytes stay.
@@ -40,7 +44,8 @@ pub fn calibrated_urdf(
     let calibrated = chain.placements(&level.fit.unknowns.chain);
     let change = |((j, old), new): ((&LinkId, Placed), Placed)| {
         let link = robot.link(*j);
-        // Of the joint frame: in link frames, the joint frame follows after the link frame.
+        // The poses of joint frames are needed. In the convention of link frames, each joint frame is placed relative to the
+        // link frame.
         let own = match chain.convention() {
             Convention::Dh => Placed::of(&link.file_frame),
             Convention::Frames => Placed::identity(),
@@ -120,10 +125,11 @@ pub fn calibrated_yaml(
     Ok(written)
 }
 
-/// The file with the kinematics of a UR robot from its URDF with calibrated origins: position, m, and roll, pitch and yaw, rad, of
-/// each joint in the frame of the link before it, under the keys of the package ur_description.
+/// The file of kinematics of a UR robot, in the form that the package ur_description reads. `calibrated`: URDF of the robot
+/// with calibrated origins. For each joint, the file has the position (m) and roll, pitch and yaw (rad) in the frame of the
+/// link before the joint.
 ///
-/// Fails if the robot has not the links of a UR.
+/// Fails if a link of a UR is missing in the robot.
 pub fn ur_kinematics(calibrated: &str, file: &str, robot: &Robot) -> Result<String, Error> {
     let joint = |key: &str| {
         let link = robot.links.iter().find(|link| link.name.ends_with(&format!("{key}_link")));
@@ -176,7 +182,7 @@ mod tests {
     use crate::request::Calibrated;
     use crate::simulated::{ARM, measured, problem, truth};
 
-    /// A text, read without exact values for rounded angles.
+    /// Reads a description with its angles exactly as given (1.5708 is not replaced by pi/2).
     fn read(text: &str, file: &str) -> Result<Robot, Error> {
         let options = rist::ModelOptions { angles: rist::AngleSnapping::AsGiven, ..Default::default() };
         rist::parse_robot(text, Path::new(file), &options)
@@ -212,7 +218,8 @@ mod tests {
         (0..20).map(one).fold(0.0, f64::max)
     }
 
-    /// A written table has the poses of the calibration, in degrees and millimetres too. Beta of the parallel axes is a fixed link.
+    /// The robot of a written table has the calibrated poses, also if the table is in degrees and millimetres. The error beta
+    /// of the parallel axes is written as an additional fixed link, because the table has no column for beta.
     #[test]
     fn a_written_table_has_the_calibrated_poses() {
         let in_degrees =
@@ -227,9 +234,10 @@ mod tests {
             let again = |text: &str| read(text, "arm.yaml");
             let written = calibrated_yaml(text, "arm.yaml", &again, &robot, &found, found.level()).unwrap();
             assert!(written.contains("{link: beta3, antecedent: 2, joint: fixed,"), "{written}");
-            // Thirty numbers with seventeen digits.
+            // The limit allows for the rounding of thirty numbers that are written with seventeen digits.
             assert!(difference(&read(&written, "arm.yaml").unwrap(), &found) < 1e-12, "{written}");
-            // Rounded angles that are read as exact ones are another robot: said, and not written.
+            // If the written angles were replaced by exact ones at reading, the robot would be another one. This is refused
+            // with a message.
             let rounded = |text: &str| rist::parse_robot(text, Path::new("arm.yaml"), &rist::ModelOptions::default());
             let wrong = |_: &str| rounded(text);
             let refused = calibrated_yaml(text, "arm.yaml", &wrong, &robot, &found, found.level()).unwrap_err();
@@ -287,7 +295,7 @@ mod tests {
             };
             assert!(text.starts_with("kinematics:\n") && text.ends_with("  hash: calib_rist\n"), "{text}");
             let again = read(&urdf(&UR_LINKS.map(numbers)), "ur.urdf").unwrap();
-            // Thirty-six numbers with seventeen digits.
+            // The limit allows for the rounding of thirty-six numbers that are written with seventeen digits.
             assert!(difference(&again, &found) < 1e-12, "{text}");
         }
         let refused = ur_kinematics(&given, "arm.urdf", &read(ARM, "arm.yaml").unwrap()).unwrap_err().to_string();

@@ -3,6 +3,9 @@
 //!
 //! A log is stored in `MAX_BLOCKS_PER_LOG` blocks. If more logs are added, four consecutive blocks are merged into one
 //! (`accumulator`). It makes no difference, bit for bit, at which time the blocks of a log are merged.
+//!
+//! A hypothesis is a possible fault of a log (for example a wrong sign), tested as one additional unknown. The digest of a log
+//! is a hash of its samples, by which the log is recognised under another name.
 
 use linear_model::linear_model::Model;
 use logs::{Error, Log, LogSource};

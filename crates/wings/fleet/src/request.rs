@@ -1,5 +1,7 @@
 //! The options (requests) of the commands of the fleet wing (optional package): adding logs to sums (triangles added over
 //! logs), and comparing sums.
+//!
+//! A request is a struct with all options of a command; each field is one option.
 
 use rist::Options;
 use rist::request::{METHOD, Range, Request, RowsRequest};

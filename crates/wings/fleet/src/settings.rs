@@ -3,6 +3,8 @@
 //! The triangles of sums (R of QR decompositions) contain only numbers; the settings define their meaning. They contain names and
 //! units of the columns, the fingerprint of the model (which covers geometry and gravity), and every option that affects a row.
 //! Only the column names in the log files may differ, because two recorders may use different names for the same signal.
+//!
+//! A coupling is a term by which the torque of a joint depends on another joint.
 
 use linear_model::description_options::DescriptionOptions;
 use linear_model::friction::terms::columns_before;

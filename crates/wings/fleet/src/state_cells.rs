@@ -16,6 +16,8 @@
 //!
 //! If more logs are added, the cells become larger, like the blocks of a log (`accumulator`): first, four cells of position
 //! become one; then all cells of position are removed, and two octaves of speed become one.
+//!
+//! A replicate is a set of rows that count as one independent unit for standard deviations.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;

@@ -1,6 +1,8 @@
 //! Reads the logs of a fleet of robots, and makes sums of them. Each log is read once, and a few triangles (R of the QR
 //! decompositions of its rows) replace the log. Sums are the added triangles of several logs. Sums can be merged, solved for
 //! the parameters, and compared.
+//!
+//! The log check compares a log with the description before it is added.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,8 @@
 //! Writes and reads the numbers after the head of a `.tri` file: triangles (R of QR decompositions), statistics of the joints'
 //! motion, cells of states. `tri_file` defines their order.
+//!
+//! All numbers have eight bytes. The memory for the numbers of a file is taken from a budget, so that a damaged file cannot
+//! exhaust the memory.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,6 @@
 //! Makes the verdict on an estimate that was computed from sums (triangles added over logs) instead of from logs.
+//!
+//! Sums contain no logs, so the log check is not part of this verdict.
 
 use identification::estimate::artefact::Estimate;
 use identification::estimate::verdict::{Evidence, Verdict};

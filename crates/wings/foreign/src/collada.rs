@@ -179,7 +179,7 @@ fn of_faces(mesh: Node, points: Vec<Vector3>) -> Result<Vec<Vector3>, String> {
 /// Largest number of inputs (indices per corner of a face, for example of position and normal).
 const MAX_INPUTS: usize = 64;
 
-/// The points of a <source>. Its accessor says which of its numbers belong to a point.
+/// The points of an element <source>. The accessor of the element states which numbers belong to a point.
 fn positions(source: Node) -> Result<Vec<Vector3>, String> {
     let array = child(source, "float_array");
     let array = array.ok_or_else(|| at(source, "the <source> of positions has no <float_array>".into()))?;

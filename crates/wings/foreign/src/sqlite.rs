@@ -130,8 +130,8 @@ fn read(
     }
     let channels = channels(database).map_err(|e| refused(&e))?;
     let asked: Vec<String> = channels.iter().filter(|(_, c)| wanted(c)).map(|(id, _)| id.to_string()).collect();
-    // All rows are selected, also those of other topics. If a page is missing, SQLite returns empty rows, which are found only in
-    // this way.
+    // All rows are selected, also rows of other topics. If a page of the file is missing, SQLite returns empty rows. Such rows
+    // are found only if all rows are selected.
     let query = format!(
         "SELECT rowid, topic_id, timestamp, CASE WHEN topic_id IN ({}) THEN data END FROM messages NOT INDEXED ORDER BY \
          rowid",

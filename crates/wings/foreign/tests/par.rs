@@ -1,4 +1,6 @@
 //! Writes robots as .par files and reads them again.
+//!
+//! A robot that is written and read again must be the same robot.
 
 use std::path::Path;
 

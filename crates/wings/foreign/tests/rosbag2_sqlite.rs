@@ -131,7 +131,7 @@ fn messages_that_unfold_without_end_are_refused() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// The same table results from a file, a folder with parts, a compressed part, compressed messages, and bytes in memory.
+/// A file, a folder with parts, a compressed part, compressed messages, and bytes in memory all give the same table.
 #[test]
 fn a_bag_is_a_table() {
     let folder = folder("whole");

@@ -91,7 +91,7 @@ fn an_sdf_is_the_robot_of_its_urdf() {
     same_torque(&read_sdf(SDF, "arm.sdf", free).unwrap(), &read_urdf_with(URDF, "arm.urdf", free).unwrap());
 }
 
-/// Before version 1.7, poses are in the frame of the model, and axes may be.
+/// Before version 1.7, poses are in the frame of the model. Axes are in this frame too if the version or an element says so.
 #[test]
 fn poses_and_axes_of_old_versions_are_of_the_model() {
     let body = "<inertial><pose>0.1 0.2 0 0 0 0</pose><mass>1</mass><inertia><ixx>0.1</ixx><iyy>0.2</iyy><izz>0.3</izz></inertia></inertial>";
@@ -120,7 +120,7 @@ fn poses_and_axes_of_old_versions_are_of_the_model() {
         robot.notes
     );
     assert!(robot.notes.iter().any(|n| n.subject == "a" && n.text.contains("has no inertial")), "{:?}", robot.notes);
-    // The base floats where the root link is.
+    // If the base floats, the frame of the base is the frame of the root link.
     let floating = ReadOptions { floating_base: true, ..options() };
     let floats = read_sdf(
         &axis("1.6", "1 0 0", "").replace("</pose></link>", &format!("</pose>{body}</link>")),
@@ -165,7 +165,7 @@ fn one_of_several_models_is_chosen() {
     assert_eq!(of("gate").unwrap().coordinates[0].name, "h");
     assert!(of("box").unwrap_err().to_string().contains("no joint of the robot moves"));
     assert!(of("tree").unwrap_err().to_string().contains("no model `tree`; it has arm, gate, box"));
-    // What has no joints needs no choice.
+    // A model without joints is no robot, so the user need not choose between it and the robot.
     let beside = SDF.replace("</world>", "<model name='box'><link name='c'/></model></world>");
     let robot = read(&beside);
     assert!(robot.notes.iter().any(|n| n.text.contains("not read are the other models (box)")), "{:?}", robot.notes);

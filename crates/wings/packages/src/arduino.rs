@@ -1,4 +1,6 @@
 //! The package for microcontrollers: the C file in float, and a sketch for drives on a CAN bus.
+//!
+//! A package is a folder that runs an identified model on a robot.
 
 use rist::Error;
 

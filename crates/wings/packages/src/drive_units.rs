@@ -122,7 +122,8 @@ mod tests {
         Model::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../models/planar2r_vertical.yaml")).unwrap()
     }
 
-    /// A drive at the motor: 100 ticks a turn, gear -50, 0.1 N m/A, in mA.
+    /// The first drive measures at the motor: its encoder has 100 ticks a turn, its gear ratio is -50, its torque constant 0.1
+    /// N m/A, and its current is in mA.
     #[test]
     fn numbers_of_drives_have_their_units_and_signs() {
         let text = "columns: {units: {position: ticks(100), velocity: deg/s, current: mA}}\n\

@@ -1,4 +1,7 @@
 //! The package for servo arms: one Python file with a simulated bus.
+//!
+//! A package is a folder that runs an identified model on a robot. The simulated bus stands for the servos, so that the file
+//! can be tried without a robot.
 
 use expr::Function;
 use logs::Effort;

@@ -1,4 +1,6 @@
 //! Writes names and numbers of a robot in the languages of a package.
+//!
+//! Names of users may contain characters that have a meaning in these languages, so they are escaped or converted.
 
 use std::fmt::Write;
 

@@ -1,4 +1,7 @@
 //! Makes the files of a package.
+//!
+//! A package is a folder that runs an identified model on a robot. Input: a model, the values of an estimate and the options of
+//! its logs (units, gains and signs of the drives). Output: the texts of the files.
 
 use rist::describe::source::IdentifiedValues;
 use rist::{Error, Estimate, Model};

@@ -1,4 +1,6 @@
 //! A file of a package (a folder that runs an identified model), and the data that the templates of such files need.
+//!
+//! A template is a text with placeholders such as `@PREFIX@`.
 
 use logs::Effort;
 use rist::describe::source::{IdentifiedValues, Language};

@@ -16,7 +16,7 @@ impl Text<'_> {
         name
     }
 
-    /// The Python text for the symbol that `is_it` selects: its entry of an input.
+    /// The Python text for a symbol: the input and the index of the entry with this symbol. `is_it` selects the symbol.
     fn entry(&self, is_it: impl Fn(Symbol) -> bool) -> String {
         let graph = self.function.graph();
         let is_entry = |e: &Expr| matches!(graph.node(*e), Node::Symbol(s) if is_it(s));

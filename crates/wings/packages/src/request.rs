@@ -1,4 +1,6 @@
 //! The options (request) for a package: a folder with an identified model that runs on a robot.
+//!
+//! A request is a struct with all options of a command; each field is one option.
 
 use rist::Options;
 use rist::request::Request;

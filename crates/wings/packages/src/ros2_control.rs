@@ -1,4 +1,7 @@
 //! The package of ROS 2: a chainable controller of ros2_control, and a solver of inverse dynamics.
+//!
+//! A package is a folder that runs an identified model on a robot. A chainable controller adds its torques to the commands of
+//! another controller.
 
 use rist::Error;
 
@@ -27,7 +30,8 @@ pub(crate) fn files(parts: &PackageParts) -> Result<Vec<PackageFile>, Error> {
         ("ROBOT_XML", xml(&parts.model.robot.name)),
         ("JOINTS", quoted_joints.join(", ")),
         ("JOINT_LIST", comment(&joints.join(", "))),
-        // A loop of 10 rad/s with damping 1, and the width of docs/how-to/code-for-a-control-loop.md.
+        // Gains for a control loop with 10 rad/s and damping 1. The width is the value in
+        // docs/how-to/code-for-a-control-loop.md.
         ("KP", of_each(100.0)),
         ("KD", of_each(20.0)),
         ("WIDTH", of_each(0.02)),

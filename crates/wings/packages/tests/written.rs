@@ -8,7 +8,7 @@ use packages::{PackageRequest, PackageTarget, package};
 use rist::describe::source::IdentifiedValues;
 use rist::{Estimate, Model, ModelOptions, Options};
 
-/// An arm whose names hold characters that XML, YAML, CMake, C++ and Python give a meaning.
+/// An arm whose names contain characters with a special meaning in XML, YAML, CMake, C++ or Python.
 const ODD: &str = r#"<robot name="arm */ &lt;b&gt; &quot;x&quot; &amp; @PREFIX@">
   <link name="base"/><link name="a"><inertial><mass value="1"/><origin xyz="0.2 0 0.01"/>
     <inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -20,9 +20,9 @@ const ODD: &str = r#"<robot name="arm */ &lt;b&gt; &quot;x&quot; &amp; @PREFIX@"
     <limit lower="-2" upper="2" effort="4" velocity="3"/></joint>
 </robot>"#;
 
-/// FV FS OFF of both joints.
+/// Viscous friction, Coulomb friction and offset (FV, FS, OFF) of both joints.
 const FRICTION: [f64; 6] = [0.2, 0.15, 0.05, 0.1, 0.08, -0.02];
-/// Currents in counts, one of the motors turned round.
+/// Options of drives with currents in counts; the first motor turns in the opposite direction.
 const CURRENTS: &str = "columns: {units: {position: ticks(4096), velocity: counts(0.024 rad/s), current: counts(2.69 mA)}}\n\
                         transmission: {ratios: [-1, 1], drive_gains: [1.8, 0.9], offsets: [0.1, 0]}\n";
 const GOALS: &str = "columns: {goal: 'g_{}', units: {position: ticks(4096), velocity: counts(0.024 rad/s)}}\n\
@@ -69,7 +69,7 @@ fn done(here: &Path, program: &str, options: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Torques of the library without friction.
+/// The torques that the library computes, without friction.
 fn torques(model: &Model, q: &[f64], dq: &[f64], ddq: &[f64]) -> Vec<f64> {
     let (x, n) = (model.nominal_parameters().unwrap(), q.len());
     let mut y = vec![0.0; n * x.len()];
@@ -82,8 +82,9 @@ fn lines(text: &str) -> Vec<Vec<f64>> {
     text.lines().map(|line| line.split_whitespace().map(|x| x.parse().unwrap()).collect()).collect()
 }
 
-/// A program that runs cycles of the C code, and prints two efforts and the status of each: gravity, computed torque, no reference,
-/// 12 late states, a good one, a state that is no number, a limit.
+/// A program that runs cycles of the generated C code, and prints for each cycle the efforts of both joints and the status. The
+/// cycles: gravity compensation, computed torque, no reference, 12 late states, a good state, a state with NaN, a state beyond
+/// a torque limit.
 const CYCLES: &str = r#"
 #include <math.h>
 #include <stdio.h>
@@ -130,11 +131,12 @@ fn friction(dq: [f64; 2]) -> [f64; 2] {
     [of(0), of(1)]
 }
 
-/// The lines of [`CYCLES`] where positions, velocities and torques have the units and signs of the joints.
+/// Checks the lines that [`CYCLES`] prints, if positions, velocities and torques have the units and signs of the joints (no
+/// drive units).
 fn check_cycles(model: &Model, found: &[Vec<f64>], tolerance: f64) {
     let near = |line: usize, tau: &[f64], status: f64| {
         let found = &found[line];
-        // Relative to the largest torque, 9 N m.
+        // The tolerance is relative to the largest torque, 9 N m.
         let is_near = found.iter().zip(tau).all(|(a, b)| (a - b).abs() < 9.0 * tolerance);
         assert!(is_near && found[2] == status, "line {line}: {found:?}, expected {tau:?} {status}");
     };
@@ -168,11 +170,11 @@ fn prefix_of(folder: &Path) -> String {
 fn torques_in_c_are_those_of_the_library_and_late_states_have_the_last_one() {
     let model = odd();
     let here = written(&model, PackageTarget::Ros2Control, "", "c_double").join("src");
-    // Nine digits are printed.
+    // Tolerance: nine digits are printed.
     check_cycles(&model, &cycles(&here, &prefix_of(&here)), 1e-8);
     let folder = written(&model, PackageTarget::Arduino, "", "c_float");
     let sketch = std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path()).find(|path| path.is_dir()).unwrap();
-    // Some hundred operations with a rounding of 6e-8.
+    // Tolerance: some hundred operations, each with a rounding error of 6e-8.
     check_cycles(&model, &cycles(&sketch, &prefix_of(&sketch)), 1e-5);
 }
 
@@ -186,12 +188,12 @@ fn efforts_in_c_have_the_unit_and_sign_of_the_drives() {
     let gravity = torques(&model, &q, &[0.0; 2], &[0.0; 2]);
     let expected = [-(gravity[0] + FRICTION[2]) / 1.8 / 2.69e-3, (gravity[1] + FRICTION[5]) / 0.9 / 2.69e-3];
     for (found, expected) in found[1].iter().zip(expected) {
-        // Nine digits are printed, of some hundred counts.
+        // Numbers of some hundred counts are printed with nine digits.
         assert!((found - expected).abs() < 1e-5, "{found} {expected}");
     }
 }
 
-/// Writes the interface headers of `tests/stubs`: a file each, at its path.
+/// Writes the headers of `tests/stubs`, which replace the headers of the real libraries, each to its path.
 fn stubs(here: &Path) {
     for part in include_str!("stubs/headers.txt").split("=== ").skip(1) {
         let (path, text) = part.split_once('\n').unwrap();
@@ -244,7 +246,8 @@ fn text_of(here: &Path, file: &str) -> String {
     std::fs::read_to_string(here.join(file)).unwrap()
 }
 
-/// A README of one screen names units, limits, the rule for late states, which friction is missing and what was not tried.
+/// The README must be short, and must name the units, the limits, the rule for late states, the missing friction and what was
+/// not tried.
 fn check_readme(text: &str) {
     for said in [
         "**Units",
@@ -259,7 +262,7 @@ fn check_readme(text: &str) {
     assert!(text.lines().count() <= 45 && !text.contains("@PREFIX@/") && !text.contains("@N@"), "{text}");
 }
 
-/// The sketch is compiled with a bus on which the drives fall silent after 20 cycles, and run.
+/// The sketch is compiled with a simulated bus and run. After 20 cycles, the drives on this bus send no more states.
 #[test]
 fn the_sketch_sends_the_last_torque_and_then_none() {
     let model = odd();
@@ -278,7 +281,8 @@ fn the_sketch_sends_the_last_torque_and_then_none() {
     done(&here, "g++", &format!("-std=c++17 -Wall -Wextra -Werror -Istubs -o run main.cpp {prefix}.o {prefix}_step.o"));
     let found = lines(&done(&here, &here.join("run").display().to_string(), ""));
     let gravity = torques(&model, &[0.3, -0.4], &[0.0; 2], &[0.0; 2])[0] + FRICTION[2];
-    // 20 cycles with states, 10 held, then none. In float.
+    // Torques are sent in 20 cycles with states, then the last torque in 10 cycles, then none. The C code computes in single
+    // precision.
     assert_eq!(found.len(), 40);
     for (i, line) in found.iter().enumerate() {
         let expected = if i < 30 { gravity } else { 0.0 };
@@ -315,7 +319,7 @@ fn the_python_file_holds_the_arm_and_has_the_same_torques_and_rules() {
         let said = done(&here, "python3", &format!("{} --simulate", file.display()));
         let numbers: Vec<f64> =
             said.split_whitespace().filter_map(|word| word.trim_end_matches(['.', ';']).parse().ok()).collect();
-        // It says: moved by .. in 2 s; without it by ..
+        // The printed text has the form: moved by .. in 2 s; without it by ..
         assert!(numbers[0] < 0.0175 && numbers[2] > 3.0 * numbers[0] && numbers[2] > 0.02, "{said}");
         let module = file.file_stem().unwrap().to_str().unwrap().to_string();
         std::fs::write(here.join("rules.py"), include_str!("stubs/rules.txt").replace("MODULE", &module)).unwrap();

@@ -1,4 +1,7 @@
 //! Proposes the clock of a table: its column and unit, or the rows per second.
+//!
+//! A column is a clock if it increases in nearly all rows and if its median step is a usual sampling period. Several episodes
+//! (parts of a file with their own clock) are allowed, so it may restart.
 
 use crate::columns::clocks;
 use crate::columns::mapping::Columns;
@@ -96,7 +99,7 @@ pub(super) fn clock_unit(clock: &[f64], proposal: &mut Proposal, names: &mut Col
 /// Proposes the rows per second for a log without a clock, if the log has velocities.
 pub(super) fn row_rate((table, coordinates): (&Table, &[String]), proposal: &mut Proposal, names: &mut ColumnNames) {
     const NO_CLOCK: &str = "no column counts up as a clock does";
-    // Any rate serves to find the columns.
+    // The rate does not affect which columns are found, so any rate can be used here.
     let with_rate = ColumnNames { rate: Some(1.0), ..names.clone() };
     let found = Columns::find(table, coordinates, &with_rate).ok();
     // The rate for each unit that the velocities may have.

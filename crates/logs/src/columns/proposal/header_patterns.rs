@@ -1,4 +1,6 @@
 //! Headers that differ by a number or a joint name only: patterns with one column per joint.
+//!
+//! Example: the headers `q1`, `q2`, .. have the pattern `q{}`, and `q_elbow`, `q_wrist` have `q_{joint}`.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,7 @@
 //! The words by which headers are proposed for a quantity, in several languages.
+//!
+//! A pattern is a header with `{}` in place of the joint's number or `{joint}` in place of the joint's name. Its words
+//! determine how well it matches a quantity.
 
 use crate::columns::source::ColumnSource;
 use crate::columns::words::{Quantity, with_underscores};

@@ -109,7 +109,7 @@ fn of_names(
     let mut position_factor = mapping.position[0].factor;
     let groups = [(Quantity::Position, Some(&mapping.position)), (Quantity::Velocity, mapping.velocity.as_ref())];
     for (quantity, sources) in groups {
-        // A header with a unit is believed.
+        // If a header names a unit, this unit is used without a test.
         let Some(sources) = sources.filter(|all| !all.iter().any(names_unit)) else { continue };
         let columns: Vec<usize> = sources.iter().map(|source| source.column).collect();
         if let Some((unit, reason)) = unit(table, &columns, quantity, clock, position_factor) {

@@ -1,4 +1,7 @@
 //! A proposal: its lines, its names and its text.
+//!
+//! A line has a key of the options (for example `position`), a value (a column name, a pattern or a unit) and the reason. The
+//! user can paste the printed text into the file of options.
 
 use std::fmt;
 

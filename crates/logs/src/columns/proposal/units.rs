@@ -1,5 +1,7 @@
 //! Proposes units from values: a position with a range above three turns is in degrees or ticks; a velocity is compared with the
 //! derivative of the position.
+//!
+//! A tick is one count of an encoder; a turn has for example 4096 ticks.
 
 use crate::cleaning::raw_words::RawWord;
 use crate::cleaning::turns::extremes;

@@ -1,4 +1,6 @@
 //! Proposes columns whose headers have no known word, and the goals of position servos.
+//!
+//! The goal of a position servo is its commanded position.
 
 use crate::columns::names::{ColumnNames, NamePattern};
 use crate::columns::proposal::header_patterns::{given, quoted};

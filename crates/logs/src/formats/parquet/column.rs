@@ -1,4 +1,9 @@
 //! Reads one column of a Parquet file, some rows at a time.
+//!
+//! A Parquet file consists of row groups; a row group has one chunk per column, and a chunk consists of pages. Nulls and lists
+//! are encoded by levels: the repetition level of a value is 0 if the value begins a new row, and the definition level states
+//! whether the value exists. A series is one column of the resulting table; a column of lists has one series for each position
+//! in the list.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

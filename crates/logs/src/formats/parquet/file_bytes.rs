@@ -1,4 +1,6 @@
 //! Provides the bytes of a Parquet file: from memory, or from a file on disk.
+//!
+//! A file on disk is read in pieces, so that the memory does not depend on its size.
 
 use std::io::{self, Read};
 use std::sync::Arc;

@@ -1,4 +1,6 @@
 //! Parquet: columns in compressed pages.
+//!
+//! `file` reads a whole file, `column` one column, and `pages` decompresses pages. `write` writes a table.
 
 pub(crate) mod column;
 pub(crate) mod file;

@@ -1,9 +1,9 @@
 //! Decompresses the pages of a column chunk within bounds, for the column readers of the crate `parquet`.
 //!
-//! The library is told that the chunk is not compressed, so it returns compressed pages, which are decompressed here. So all
-//! decoders are written in Rust, and no length in a page is trusted. The library itself would allocate up to 4 GiB for the size
-//! that an lz4 or snappy page states, and a dictionary of the stated number of entries. The library panics on some truncated
-//! pages: such pages are refused here, or converted to an encoding that it checks.
+//! The library gets a description of the chunk that says "not compressed", so it passes the pages on as they are, and they are
+//! decompressed here. So all decoders are written in Rust, and no length in a page is trusted. The library itself would
+//! allocate up to 4 GiB for the size that an lz4 or snappy page states, and a dictionary of the stated number of entries. The
+//! library panics on some truncated pages: such pages are refused here, or converted to an encoding that the library checks.
 
 use std::sync::Arc;
 

@@ -18,7 +18,7 @@ const RECORD_BUDGET_SHARE: usize = 4;
 /// The first bytes of an MCAP file.
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
-/// Opcodes of records.
+/// The byte at the start of a record that states its type.
 mod opcode {
     pub(super) const SCHEMA: u8 = 3;
     pub(super) const CHANNEL: u8 = 4;

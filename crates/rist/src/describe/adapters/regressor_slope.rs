@@ -1,4 +1,7 @@
 //! Base regressor of a model with exact derivatives, for the search of an exciting motion.
+//!
+//! Y: base regressor, tau = Y X, X: base parameters. One backward pass through the operations of a function (reverse
+//! differentiation) gives the derivatives of a weighted sum of its outputs with respect to all inputs.
 
 use std::sync::Mutex;
 

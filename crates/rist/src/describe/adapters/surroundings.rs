@@ -1,5 +1,8 @@
 //! Gaps of a model. A gap is a pair with a least allowed distance: two bodies of the robot, or a body and a floor or wall. The
 //! search and the proof of a motion use gaps.
+//!
+//! Input: the description with its collision shapes, the limits of the user, and the limits in the motion's own file.
+//! Requirements for which no gap can be made are reported (`left_out`).
 
 use claims::{LeftOut, LeftOutTopic};
 use clearance::body_errors::BodyErrors;
@@ -57,7 +60,7 @@ impl RobotSurroundings {
         RobotSurroundings::on_floor(model, user, (own, false), limits, margins)
     }
 
-    /// The same as [`RobotSurroundings::new`], with one addition: if `assumes_floor` is set and no file gives a floor, the
+    /// Builds the gaps like [`RobotSurroundings::new`]. In addition, if `assumes_floor` is set and no file gives a floor, the
     /// floor is the plane of the base.
     pub(crate) fn on_floor(
         model: &Model,

@@ -1,4 +1,6 @@
 //! Leaves out the rows of contact, if the request asks for this.
+//!
+//! Rows of contact are rows in which the residual is an outlier.
 
 use crate::error::Error;
 use crate::fit::contact::Contacts;

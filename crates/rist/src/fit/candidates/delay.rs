@@ -1,5 +1,7 @@
 //! Decides whether the torques are shifted by a delay relative to the positions. The delay is searched if the request asks for
 //! a delay, or if the log check finds one. In the second case, the delay is kept only if it lowers the error on held-out data.
+//!
+//! Held-out data are segments of the logs that are left out of the fit and predicted.
 
 use identification::estimate::delay::{Delay, estimate_delay};
 use identification::estimate::hypothesis::Hypothesis;

@@ -1,4 +1,6 @@
 //! Decides on the drive gains: known, or estimated with the parameters.
+//!
+//! A drive gain is the torque per unit of current of a drive.
 
 use crate::error::Error;
 use crate::fit::drive_gains::drive_gains;

@@ -1,4 +1,7 @@
 //! Finds a small tilt of the base relative to the description. The tilt is kept if it lowers the error on held-out data.
+//!
+//! Held-out data are segments of the logs that are left out of the fit and predicted. The tilt is two unknown rotations of the
+//! base, which the fit identifies (`unknowns`).
 
 use std::f64::consts::PI;
 

@@ -1,5 +1,6 @@
-//! Restricts the parameters to physically possible bodies if the logs are poor. Otherwise least squares would fit weakly
-//! identified parameters to the noise and predict other motions badly.
+//! Restricts the parameters to those of physically possible bodies (mass, centre of mass and inertia that a real body can have)
+//! if the logs are poor. Otherwise least squares would fit weakly identified parameters to the noise and predict other motions
+//! badly.
 //!
 //! A log is poor in two cases. In the first case, the error of least squares on held-out data is much larger than on the fitted
 //! data. In the second case, the error on held-out data is about as large as the error of the description, because noise
@@ -7,6 +8,8 @@
 //! Measured errors on another motion, without -> with the restriction: 0.501 -> 0.177 (KUKA KR300, fitted to log B, predicts
 //! log A), 0.114 -> 0.064 (cobot6, fitted to log 1, predicts log 2). Counterexample: a fit to log A would predict B with 0.144
 //! instead of 0.351, but its error on held-out quarters is larger, so the restriction is not kept.
+//!
+//! tau: torques; W: regression matrix; X: parameters.
 
 use identification::estimate::consistent::errors_on_quarters;
 use identification::estimate::identify::Fit;

@@ -1,5 +1,7 @@
 //! Replaces velocity and acceleration columns of a log by derivatives of the positions, if the columns contradict the
 //! positions.
+//!
+//! The log check compares the columns with the derivatives of the positions.
 
 use crate::error::Error;
 use crate::fit::search::{Decisions, Proposal, TriedVariant};

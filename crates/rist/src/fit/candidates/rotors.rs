@@ -1,5 +1,8 @@
 //! Adds rotor inertias that a description does not give. The rotor inertias are kept if they lower the error on held-out data,
 //! or if one of them is significant.
+//!
+//! Held-out data are segments of the logs that are left out of the fit and predicted. A rotor inertia is significant if zero is
+//! outside its interval.
 
 use identification::estimate::digits::significant;
 use identification::estimate::rotors::WithRotors;

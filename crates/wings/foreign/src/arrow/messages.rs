@@ -10,7 +10,7 @@ use crate::arrow::flatbuffer::FlatTable;
 use crate::arrow::schema::ArrowField;
 use logs::reading::MAX_FILE_BYTES;
 
-/// The first bytes of a file. Its last bytes are the same, but without the two zeros.
+/// The first bytes of a file. A file also ends with these bytes, but without the two zeros.
 pub(crate) const FILE_MAGIC: &[u8] = b"ARROW1\0\0";
 /// Number of bytes after the index: its length, and the magic bytes.
 const TAIL_BYTES: usize = 10;

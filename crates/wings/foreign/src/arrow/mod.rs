@@ -1,4 +1,7 @@
 //! Arrow IPC: files (Feather, version 2) and streams.
+//!
+//! `messages` divides the bytes into messages, `flatbuffer` and `schema` decode their descriptions, `batch` decodes numbers,
+//! and `batches` makes tables of some rows at a time.
 
 mod batch;
 mod batches;

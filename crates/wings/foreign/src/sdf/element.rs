@@ -1,4 +1,6 @@
 //! The elements of an SDF: their text, numbers and places.
+//!
+//! A mistake is an error message with the line of the file.
 
 use roxmltree::Node;
 

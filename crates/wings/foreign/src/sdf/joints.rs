@@ -1,4 +1,7 @@
 //! The joints of a model: type, axis, limits, friction and `mimic`.
+//!
+//! A joint connects its parent (a link or the world) and its child (the link that it moves). A joint with `mimic` follows
+//! another joint, its leader.
 
 use roxmltree::Node;
 

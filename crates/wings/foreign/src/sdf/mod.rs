@@ -1,8 +1,9 @@
 //! Reads the links, joints and inertials of a model in an SDF (.sdf, .world), the format of Gazebo.
 //!
-//! The frame of the base is the frame of the world, or of the model if the file has no world. Without a joint to the world, the
-//! first link of the model is fixed where the file puts it, as the root link of a URDF is. Links without an inertial, for which
-//! Gazebo takes 1 kg, have unknown parameters. frames.rs has the poses, joints.rs the joints, tree.rs the tree of links.
+//! The frame of the base is the frame of the world, or of the model if the file has no world. If no joint connects the model to
+//! the world, the first link of the model is fixed to the world at its pose in the file, like the root link of a URDF. Links
+//! without an inertial, for which Gazebo takes 1 kg, have unknown parameters. frames.rs has the poses, joints.rs the joints,
+//! tree.rs the tree of links.
 //!
 //! Read: `pose` with `relative_to`, `degrees` and `rotation_format`; `frame`; revolute, continuous, prismatic and fixed joints
 //! with axis, limits, damping, friction and `mimic`; gravity of the world. Not read, with a note: joints that close a loop, springs,
@@ -28,8 +29,8 @@ const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// Reads a robot from the text of an SDF. `file`: name of the file in errors.
 ///
-/// Fails, with the line, unless the file has one model (or the one that the options name) that is a tree of revolute, prismatic
-/// and fixed joints with finite numbers.
+/// The file must have one model, or the options must name one of its models. The links of this model must be a tree of
+/// revolute, prismatic and fixed joints, and all numbers must be finite. Otherwise fails with the line of the mistake.
 pub fn read(text: &str, file: &str, options: ReadOptions) -> Result<Robot, Error> {
     read_model(text, options)
         .map_err(|Mistake { line, message }| Error { place: Place { file: file.into(), line, column: 0 }, message })?

@@ -1,4 +1,7 @@
 //! The tree of the links of a model, from its base outwards.
+//!
+//! The joint that carries a link connects the link to its parent. A second joint to the same link closes a loop and is not
+//! read. A floating base is a base with six coordinates.
 
 use std::collections::BTreeMap;
 
@@ -71,7 +74,7 @@ fn above<'a>(
     described: &mut RobotDescription,
 ) -> Result<BTreeMap<&'a str, usize>, Mistake> {
     let mut above: BTreeMap<&str, usize> = BTreeMap::new();
-    // Joints that can be read are taken before others.
+    // Joints of readable types come first, so that a joint of another type does not carry a link if this can be avoided.
     let mut order: Vec<usize> = (0..joints.len()).collect();
     order.sort_by_key(|k| joints[*k].kind == JointType::Other);
     for k in order {
@@ -138,7 +141,8 @@ fn root<'a>(
     }
 }
 
-/// A joint that moves. `at`: index and pose of the joint that carries it, and its own pose, in the frame of the model.
+/// Describes a joint that moves. `antecedent`, `carrier`: index and pose of the joint that carries this joint; `pose`: pose of
+/// this joint. Both poses are in the frame of the model.
 fn moving(
     joint: &SdfJoint,
     child: &str,

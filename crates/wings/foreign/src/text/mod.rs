@@ -1,4 +1,6 @@
 //! Reads logs in text formats that are no plain tables.
+//!
+//! Each file recognises one shape of text by its first rows, and reads such a text as a table.
 
 use logs::reading::{LogFormat, LogReader};
 
