@@ -76,7 +76,7 @@ request! {
 request! {
     /// The requirements that a motion is checked against.
     pub struct CheckRequest {
-        /// YAML with further limits that the motion must keep, in the form of `rist excite [limits]`. A limit that is not in
+        /// YAML with further limits that the motion must keep, in the form of [limits] of `rist excite`. A limit that is not in
         /// this file is not assumed. A check may be left out, `space: {floor: none, accept: ..}`, only if this file says so.
         limits: Option<LimitsFile> = None, value_name("FILE");
         /// An estimate of this model. The torques in the proofs of effort and power then follow from the estimate, not from the

@@ -51,8 +51,8 @@ request! {
         limits: Option<LimitsFile> = None, value_name("FILE");
         /// Share of the limits of effort and power that the computed torque may use.
         effort_share: f64 = 0.9, range(Range::Share), value_name("SHARE");
-        /// Friction terms of every joint in the later identification, as for `rist identify [friction]`, or none [default: as
-        /// for `rist identify`].
+        /// Friction terms of every joint in the later identification. The words and the default are those of [friction] of
+        /// `rist identify`; auto is not possible.
         friction: Option<FrictionChoice> = None, value_name("TERMS");
         /// What the search of the motion optimises.
         criterion: SearchObjective = SearchObjective::Determinant;

@@ -19,7 +19,7 @@ request! {
         steps: usize = 5, range(1..=1000);
         /// Maximum number of configurations for each kind of motion.
         configurations: usize = 60, range(1..=100_000);
-        /// YAML with tighter limits of joints and bodies, as for `rist excite [limits]`.
+        /// YAML with tighter limits of joints and bodies, as for [limits] of `rist excite`.
         limits: Option<LimitsFile> = None, value_name("FILE");
         /// Share of the limits of effort that the torque computed from the description may use.
         effort_share: f64 = 0.9, range(Range::Share), value_name("SHARE");

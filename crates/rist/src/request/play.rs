@@ -29,7 +29,7 @@ request! {
         /// Position of the robot before the motion, rad (m). The ways from there to the first pose and back are planned, proved
         /// and played too. A coordinate that is not given is already at the first pose.
         from: Vec<(String, f64)> = Vec::new(), value_name("COORDINATE=POSITION");
-        /// YAML with further limits, as for `rist check [limits]`.
+        /// YAML with further limits, as for [limits] of `rist check`.
         limits: Option<LimitsFile> = None, value_name("FILE");
         /// An estimate of this model. The torques in the proofs of effort and power then follow from the estimate, not from the
         /// description.

@@ -14,8 +14,8 @@ request! {
         validation: usize = 10, range(0..=1000);
         /// Drive gain (torque per current), N m/A [default: as in the file; if only some gains are known, 1 for the others].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN");
-        /// A known load, in a file as for `rist identify [load]`. Every experiment is repeated with this load: e01_loaded.csv,
-        /// ..
+        /// A known load, in a file as for [load] of `rist identify`. Every experiment is repeated with this load:
+        /// e01_loaded.csv, ..
         load: Option<(PathBuf, KnownLoad)> = None, value_name("FILE");
         /// An estimate from which the controller computes feedforward torques (inverse dynamics without friction). So you can
         /// repeat: identify, then simulate with feedforward.

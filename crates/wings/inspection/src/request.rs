@@ -19,10 +19,10 @@ pub fn wing() -> Wing {
 rist::request! {
     /// Options for predicting an identification from a motion or a log.
     pub struct VisibilityRequest {
-        /// YAML with tighter limits, as for `rist excite [limits]`. A joint that this file locks gives no rows.
+        /// YAML with tighter limits, as for [limits] of `rist excite`. A joint that this file locks gives no rows.
         limits: Option<LimitsFile> = None, value_name("FILE");
-        /// Friction terms of every joint in the later identification, as for `rist identify [friction]`, or none [default: as
-        /// for `rist identify`].
+        /// Friction terms of every joint in the later identification. The words and the default are those of [friction] of
+        /// `rist identify`; auto is not possible.
         friction: Option<FrictionChoice> = None, value_name("TERMS");
         /// Standard deviation of the noise of a torque sample, as a share of the effort limit.
         noise: f64 = 0.01, range(Range::Positive), value_name("SHARE");
