@@ -106,7 +106,7 @@ enum Command {
     Schema(schema::Arguments),
     Completions(shell::CompletionArguments),
     Man(shell::ManualArguments),
-    /// Print the licences of the crates that this program holds
+    /// Print the licences of the crates that this program contains
     Notices,
 }
 
