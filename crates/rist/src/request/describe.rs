@@ -69,7 +69,7 @@ request! {
 request! {
     /// Options for a conversion; exactly one must be given.
     pub struct ConvertRequest {
-        /// Format of the description to write.
+        /// Format of the new description.
         to: Option<DescriptionFormat> = None;
         /// Instead of a description, list the inertial parameters of every link by the names of a convention.
         parameters: Option<Convention> = None, value_name("CONVENTION");

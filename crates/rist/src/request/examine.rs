@@ -68,7 +68,7 @@ request! {
         /// Link or frame for the force and the moment of each contact: both are computed at the origin and in the axes of this
         /// frame.
         wrench_on: Option<String> = None, value_name("LINK");
-        /// Use the estimate even if its verdict is no. Without this option, such an estimate is refused.
+        /// Use the estimate even if its verdict is no. Otherwise it is refused.
         anyway: bool = false;
     }
 }

@@ -65,8 +65,8 @@ request! {
         /// Seed of the random starts; the same seed gives the same motion.
         seed: u64 = 1;
         /// An earlier estimate of this model. The motion excites the parameters that this estimate leaves uncertain, and the
-        /// torques follow from its parameters. It should contain its covariance (`covariance: true` in the [options] of `rist
-        /// identify`).
+        /// torques follow from its parameters. This estimate should contain its covariance (`covariance: true` in the [options]
+        /// of `rist identify`).
         after: Option<Estimate> = None, value_name("ESTIMATE");
     }
 }

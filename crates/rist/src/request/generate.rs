@@ -34,7 +34,7 @@ request! {
         functions: Vec<String> = Vec::new(), value_name("NAMES"), and(&function_names());
         /// An estimate of this model. Its numbers are written into the source as the constants X and F.
         estimate: Option<PathBuf> = None, value_name("ESTIMATE");
-        /// Use the estimate even if its verdict is no. Without this option, such an estimate is refused.
+        /// Use the estimate even if its verdict is no. Otherwise it is refused.
         anyway: bool = false;
         /// Lengths, angles and components of gravity that are not fixed, but given in an argument `symbols` of all functions:
         /// `all`, or a list of names. A number without a name is called by its place, such as d3, r4, alpha5, gz [default:

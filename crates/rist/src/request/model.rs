@@ -16,8 +16,8 @@ request! {
         value: Vec<(String, f64)> = Vec::new(), value_name("NAME=VALUE");
         /// Value of an argument of a xacro, which the file uses as `$(arg NAME)` [default: as in the file].
         arg: Vec<(String, String)> = Vec::new(), value_name("NAME=VALUE");
-        /// Folder of a package, from which a xacro includes files (`$(find NAME)`) or an MJCF takes meshes and parts. Without
-        /// this option, a xacro finds packages with a package.xml in the folders above the file.
+        /// Folder of a package, for includes of a xacro (`$(find NAME)`) or meshes and parts of an MJCF. Without this option, a
+        /// xacro finds packages with a package.xml in the folders above the file.
         package: Vec<(String, String)> = Vec::new(), value_name("NAME=FOLDER");
         /// The robot to read, if a file has several: a body of the world of an MJCF, or a model of an SDF [default: all that is
         /// in the file].
@@ -31,8 +31,8 @@ request! {
         /// Joints that have a rotor inertia (IA) among their parameters [default: as in the file; if the file says nothing:
         /// actuated for YAML, none for URDF].
         rotor_inertia: Option<RotorInertias> = None, value_name("JOINTS");
-        /// Joints that stand still at a position, rad or m, for example a gripper that is not in the log: finger=0.02. Without
-        /// this option, no joint is locked.
+        /// Joints locked at a position, rad or m, such as a gripper that is not in the log: finger=0.02. Without this option,
+        /// none is locked.
         lock: Vec<(String, f64)> = Vec::new(), value_name("JOINT=POSITION");
         /// Mount of the base, rad: roll, pitch and yaw of the base frame, in a frame in which gravity is as in the file.
         /// 3.1416,0,0 is a robot on a ceiling [default: as in the file].
@@ -40,8 +40,8 @@ request! {
         /// Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch, base_roll), and
         /// the base becomes a link with its own parameters.
         floating_base: bool = false;
-        /// Derive the model even if this takes more than about 10 s or 1 GiB. Without this option, such a model is refused,
-        /// with an estimate of time and memory.
+        /// Derive the model even if this takes more than about 10 s or 1 GiB. Otherwise such a model is refused, with an
+        /// estimate of both.
         any_size: bool = false;
     }
 }
