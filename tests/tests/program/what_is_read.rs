@@ -102,7 +102,8 @@ const LOGS: [(&str, &str, &str); 15] = [
 
 /// Table of the readers of each log format. It checks that README and docs/identification.md name each format.
 fn readers() -> String {
-    let mut table = String::from("\nA wing is an optional package of rist.\n\n| format of the log | read by |\n|---|---|\n");
+    let mut table =
+        String::from("\nA wing is an optional package of rist.\n\n| format of the log | read by |\n|---|---|\n");
     let foreign = foreign::wing().log_formats;
     for name in logs::format_names() {
         let reader = match name {

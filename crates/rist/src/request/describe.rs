@@ -61,7 +61,7 @@ request! {
         /// select a base parameter or a link.
         format: SheetFormat = SheetFormat::Text;
         /// Write the rules in the standard parameters only, however long they are [default: only if all rules together have at
-        /// most 200000 characters; longer rules use the regrouped parameters of the next link].
+        /// most 200000 characters; otherwise the rules use the regrouped parameters of the next link].
         expand_rules: bool = false;
     }
 }

@@ -68,7 +68,7 @@ request! {
         /// Link or frame for the force and the moment of each contact: both are computed at the origin and in the axes of this
         /// frame.
         wrench_on: Option<String> = None, value_name("LINK");
-        /// Use the estimate even if its verdict is no. Otherwise it is refused.
+        /// Use the estimate even if its verdict is no. Otherwise the estimate is refused.
         anyway: bool = false;
     }
 }
@@ -77,7 +77,7 @@ request! {
     /// The requirements that a motion is checked against.
     pub struct CheckRequest {
         /// YAML with further limits that the motion must keep, in the form of [limits] of `rist excite`. A limit that is not in
-        /// this file is not assumed. A check may be left out, `space: {floor: none, accept: ..}`, only if this file says so.
+        /// this file is not assumed. A check is left out (`space: {floor: none, accept: ..}`) only if this file says so.
         limits: Option<LimitsFile> = None, value_name("FILE");
         /// An estimate of this model. The torques in the proofs of effort and power then follow from the estimate, not from the
         /// description.

@@ -29,7 +29,7 @@ request! {
         motion: MotionSeries = MotionSeries::Fourier;
         /// Period of the series, or duration of a spline from rest to rest, s [default: from the limits, 5 to 20].
         period: Option<f64> = None, range(Range::Positive), value_name("SECONDS");
-        /// Base frequency of the series, Hz: 1 / [period]. Give only one of the two.
+        /// Base frequency of the series, Hz: the inverse of [period]. Give only one of the two options.
         frequency: Option<f64> = None, range(Range::Positive), value_name("HZ");
         /// Number of harmonics of the base frequency [default: from the limits and the period, 5 to 8; 5 for more than 8
         /// joints].
@@ -60,7 +60,7 @@ request! {
         noise: f64 = 0.01, range(Range::Positive), value_name("SHARE");
         /// Number of starts of the search. A third of them are random; the others begin near the best motion so far.
         starts: usize = 12, range(1..);
-        /// Maximum number of iterations of each start, at each weight of the barrier.
+        /// Maximum number of iterations of each start, at each weight of the barrier function for the limits.
         iterations: usize = 100;
         /// Seed of the random starts; the same seed gives the same motion.
         seed: u64 = 1;

@@ -30,11 +30,11 @@ request! {
     /// Options for generated source code.
     pub struct GenerateRequest {
         /// Functions in addition to base-regressor: controller (gravity compensation, feedforward and computed torque, with
-        /// limits), observer (external torque and contact, only in C), payload (load, only in C),
+        /// limits); in C also observer (external torque and contact) and payload (load);
         functions: Vec<String> = Vec::new(), value_name("NAMES"), and(&function_names());
-        /// An estimate of this model. Its numbers are written into the source as the constants X and F.
+        /// An estimate of this model. It gives the constants X (base parameters) and F (friction) of the source.
         estimate: Option<PathBuf> = None, value_name("ESTIMATE");
-        /// Use the estimate even if its verdict is no. Otherwise it is refused.
+        /// Use the estimate even if its verdict is no. Otherwise the estimate is refused.
         anyway: bool = false;
         /// Lengths, angles and components of gravity that are not fixed, but given in an argument `symbols` of all functions:
         /// `all`, or a list of names. A number without a name is called by its place, such as d3, r4, alpha5, gz [default:
@@ -48,7 +48,7 @@ request! {
         alarms: f64 = 1.0, range(Range::Positive), value_name("PER_HOUR");
         /// Gain of an observer of external torques, 1/s.
         observer_gain: f64 = 50.0, range(0.1..=1e4), value_name("GAIN");
-        /// For an observer: link or frame that carries a load [default: the last link].
+        /// For an observer: link or frame with a load [default: the last link].
         load_on: Option<String> = None, value_name("LINK");
         /// For an observer: largest possible mass of a load, kg.
         largest_load: f64 = 10.0, range(Range::Positive), value_name("KG");

@@ -77,8 +77,9 @@ request! {
         /// gains of this arm are used where nothing else gives them. The form of the positions may follow the name:
         /// so101:degrees, :normalised, :counts or :radians.
         arm: Option<String> = None, value_name("ARM[:FORM]"), heading(SIGNALS);
-        /// What to identify in addition to the parameters, for all joints: mount (of the base), zeros, scales (of the torques),
-        /// springs. The estimate gives each value with its deviation, and the option or the line of the URDF that corrects it.
+        /// What to identify in addition to the parameters, for all joints: mount (of the base), zeros (of the positions),
+        /// scales (of the torques), springs. The estimate gives each value with its deviation, and the option or the line of
+        /// the URDF that corrects it.
         unknowns: Vec<UnknownKind> = Vec::new(), value_name("KINDS"), heading(METHOD);
         /// Leave out the rows of intervals in which the residual is an outlier, for example during a contact. The estimate
         /// lists these intervals.
@@ -96,11 +97,11 @@ request! {
 request! {
     /// Options of least squares on samples. Default: weighted by joint, with viscous and Coulomb friction and an offset.
     pub struct IdentifyRequest {
-        /// Identify physically consistent parameters: every link is a body that can exist. Where the logs do not determine a
-        /// body, it stays near the body of the description.
+        /// Identify physically consistent parameters: every link is a body that can exist. A body that the logs do not
+        /// determine stays near the body of the description.
         consistent: bool = false, heading(BODIES);
-        /// Never constrain the links to bodies that can exist. Without this option, they are constrained if a log is poor and
-        /// the constraint predicts it better.
+        /// Never constrain the links to bodies that can exist. Without this option, the links are constrained if a log is poor
+        /// and held-out parts of it are then predicted better.
         free_bodies: bool = false, heading(BODIES);
         ..
         /// Options shared with the method `essential`.
@@ -138,11 +139,11 @@ request! {
         spring: Vec<JointSelector> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
         /// Estimate the error that an encoder has once per turn, for these coordinates or for all.
         eccentric: Vec<JointSelector> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
-        /// Estimate a spring between motor and link, for these coordinates or for all. The encoders are at the motors. The
-        /// equations then end at 10 Hz, unless [cutoff] is given.
+        /// Estimate a spring between motor and link, for these coordinates or for all. It is assumed that the encoders are at
+        /// the motors. The equations then end at 10 Hz, unless [cutoff] is given.
         elastic: Vec<JointSelector> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
-        /// Estimate the backlash between motor and link, for these coordinates or for all. Encoders and equations are as for
-        /// [elastic].
+        /// Estimate the backlash between motor and link, for these coordinates or for all. The assumption and the equations are
+        /// as for [elastic].
         backlash: Vec<JointSelector> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
         ..
         /// Options shared with the paper's equations.
@@ -153,7 +154,7 @@ request! {
 request! {
     /// Options of the methods that simulate the experiments in closed loop.
     pub struct ClosedLoopRequest {
-        /// Drive gain (torque per current) of every drive, N m/A [default: as in the file].
+        /// Gain of every drive (torque per current), N m/A [default: as in the file].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
         ..
         /// Options for processing logged signals: filter, sample rate, decimation, delay.

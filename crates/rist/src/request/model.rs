@@ -23,7 +23,7 @@ request! {
         /// in the file].
         root: Option<String> = None, value_name("NAME");
         /// How mimic joints of a URDF are read. constraint: they follow the joint that they mimic; independent: they are
-        /// coordinates.
+        /// coordinates of their own.
         mimic: Mimic = Mimic::Constraint;
         /// How rounded angles are read. meant: as the exact angles (1.5707 and 1.5708 as pi/2); as-given: as the numbers in the
         /// file.
@@ -32,7 +32,7 @@ request! {
         /// actuated for YAML, none for URDF].
         rotor_inertia: Option<RotorInertias> = None, value_name("JOINTS");
         /// Joints locked at a position, rad or m, such as a gripper that is not in the log: finger=0.02. Without this option,
-        /// none is locked.
+        /// no joint is locked.
         lock: Vec<(String, f64)> = Vec::new(), value_name("JOINT=POSITION");
         /// Mount of the base, rad: roll, pitch and yaw of the base frame, in a frame in which gravity is as in the file.
         /// 3.1416,0,0 is a robot on a ceiling [default: as in the file].
@@ -41,7 +41,7 @@ request! {
         /// the base becomes a link with its own parameters.
         floating_base: bool = false;
         /// Derive the model even if this takes more than about 10 s or 1 GiB. Otherwise such a model is refused, with an
-        /// estimate of both.
+        /// estimate of time and memory.
         any_size: bool = false;
     }
 }

@@ -34,10 +34,10 @@ rist::request! {
 rist::request! {
     /// Options for sums over logs.
     pub struct SumsRequest {
-        /// Drive gain (torque per current) of every drive, N m/A [default: as in the description].
+        /// Gain of every drive (torque per current), N m/A [default: as in the description].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
         ..
-        /// How logs become rows; nothing in it may need them twice.
+        /// Options for the rows. No option may need the rows twice.
         rows: RowsRequest;
     }
 }
@@ -47,12 +47,12 @@ rist::request! {
     pub struct AccumulateRequest {
         /// Leave out logs that cannot be used or are not of this robot. The file of the sums lists these logs with the reason.
         skip_broken: bool = false;
-        /// Also add logs that do not belong to the description by the checks of rist doctor.
+        /// Also add logs that, by the checks of rist doctor, do not belong to the description.
         anyway: bool = false;
         /// Number of logs that are read at the same time [default: the number of processors]. The sums do not depend on it.
         threads: Option<usize> = None, range(1..), value_name("N");
         ..
-        /// What is asked of the sums.
+        /// Options for the sums.
         sums: SumsRequest;
     }
 }

@@ -24,7 +24,8 @@ rist::words! {
 rist::request! {
     /// Options that select a package.
     pub struct PackageRequest {
-        /// Instead of source, write a folder that runs the model on a robot. [out] is this folder, and an [estimate] is needed.
+        /// Instead of source, write a folder that runs the model on a robot. [out] names this folder, and [estimate] is needed
+        /// too.
         target: Option<PackageTarget> = None, flag("as"), value_name("TARGET");
         /// For [target]: the options with which the logs of the estimate were identified. They contain the units, gains and
         /// signs of the drives.
