@@ -64,12 +64,9 @@ impl Weights {
 
     fn choice(self) -> WeightsChoice {
         match self {
-            Weights::None => WeightsChoice {
-                word: "none",
-                method: "ordinary least squares",
-                help: "all rows weigh the same (OLS)",
-                losses: &[],
-            },
+            Weights::None => {
+                WeightsChoice { word: "none", method: "ordinary least squares", help: "all equal (OLS)", losses: &[] }
+            }
             Weights::Joint => WeightsChoice {
                 word: "joint",
                 method: "least squares weighted by joint",

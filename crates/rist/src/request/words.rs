@@ -127,7 +127,7 @@ words! { RotorInertias:
 }
 
 words! { Weights:
-    None = "none" "all rows weigh the same (OLS)",
+    None = "none" "all equal (OLS)",
     Joint = "joint" "rows weigh by the residual of their joint (WLS)",
     Huber = "huber" "as joint, but rows with large residuals weigh less",
     Bisquare = "bisquare" "as huber, but rows with very large residuals weigh nothing",
