@@ -16,7 +16,7 @@ use crate::terminal::folded;
 const FIRST_STEPS: [(&str, &str); 3] = [
     ("rist doctor robot.urdf log.csv", "does the log belong to the robot?"),
     ("rist identify robot.urdf log.csv --report page.html", "parameters, a verdict, a page that shows both"),
-    ("rist excite robot.urdf --out motion.yaml --play motion.csv", "if there is no log yet: a motion for recording one"),
+    ("rist excite robot.urdf --out motion.yaml --play motion.csv", "if there is no log yet: a motion to record"),
 ];
 
 /// Largest width of the help, characters.
@@ -33,7 +33,7 @@ pub(crate) fn arranged(program: Command) -> Command {
     program
         .disable_help_flag(true)
         .arg(Arg::new("help").short('h').long("help").action(ArgAction::HelpShort).help("Print this help"))
-        .arg(Arg::new("help_all").long("help-all").action(ArgAction::HelpLong).help("Print this help with the option for colours"))
+        .arg(Arg::new("help_all").long("help-all").action(ArgAction::HelpLong).help("Print the option for colours too"))
         .help_template(format!("{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{list}\nOptions:\n{{options}}"))
 }
 

@@ -9,8 +9,8 @@ pyo3::create_exception!(
     rist,
     Error,
     PyValueError,
-    "Input that cannot be used, or data that contradict the request. The message says where the fault is, what was found, \
-     what was expected and what to do."
+    "Input that cannot be used, or data that contradict the request. The message says where the fault is, what was \
+     found, what was expected and what to do."
 );
 
 pyo3::create_exception!(
