@@ -156,7 +156,7 @@ fn the_page_says_what_each_kind_takes() {
         page += &format!("| {kind} | not read; first convert it with {tool} |\n");
     }
     page += "\nA xacro also needs `--arg NAME=VALUE` for each argument without a default. It needs `--package NAME=FOLDER` for each \
-             package from which it includes files, if the package is not in a folder above the xacro. An expression that depends on the machine (`$(env)`) is refused, and the message names it.\n";
+             package from which it includes files, if the package is not in a folder above the xacro. An expression that reads the environment (`$(env)`) is refused, and the message names it.\n";
     page += "\n| log | needed options |\n|---|---|\n";
     for (kind, head, options) in LOGS {
         let table = table(head);

@@ -1,4 +1,4 @@
-"""From a robot description to an exact symbolic model, generated code, and inertial parameters identified on the machine."""
+"""From a robot description to an exact symbolic model, generated code, and inertial parameters identified from logs of the robot."""
 
 from os import PathLike
 from typing import Any, Callable, Iterator, Literal, Mapping, Protocol, Sequence, TypeAlias, overload
