@@ -15,18 +15,19 @@ use crate::flags::Flags;
 use crate::model::{ModelArguments, is_prismatic};
 use crate::terminal::{self, at_work, print_result};
 
-/// Prove anew that an exciting motion keeps its limits, or a plan, or what others made
+/// Prove the limits of a motion or a plan again, also of a motion of another program
 ///
-/// Of the motion's file the coefficients are taken, and limits where they are tighter than those of the description and
-/// of --limits. A limit that stands in the motion's file alone is reported as an assumption. Position, velocity, acceleration
-/// and jerk are always proved. Torque and power are proved where they are limited, with the inertial parameters of the
-/// description or of --after. Distances of the robot's own links and the floor are proved where a URDF has their collision
-/// geometry, and so are walls and boxes. The last line says what is broken, proven, assumed and not looked at. Exit code
-/// 1: something is broken or not proven, or nobody could look at something that --limits asks for.
+/// From the file of a motion, rist uses the coefficients, and those limits that are tighter than the limits of the
+/// description and of --limits. A limit that only this file contains is reported as an assumption. Position, velocity,
+/// acceleration and jerk are always proved. Torque and power are proved if they are limited, with the inertial parameters
+/// of the description or of --after. The distances between the robot's own links and to the floor are proved if a URDF has
+/// their collision geometry. Walls and boxes are proved too. The last line says what is violated, proven, assumed and not
+/// checked. Exit code 1: something is violated or not proven, or a check that --limits asks for is not possible.
 ///
-/// A CSV or another table (time, positions, and velocities and accelerations where there are any) and a JointTrajectory in
-/// YAML or JSON, MoveIt's too, are held to the limits of the description and of --limits, between the points by
-/// --interpolation. Of a plan of `rist plan` each experiment is proved so, and what its proof is worth is found again.
+/// A table such as CSV (time, positions, and velocities and accelerations if there are any) and a JointTrajectory in YAML
+/// or JSON (also of MoveIt) are checked against the limits of the description and of --limits. Between the points, the
+/// motion follows from --interpolation. Of a plan of `rist plan`, each experiment is proved in this way, and the efficiency
+/// that the proof of the plan guarantees is computed again.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]

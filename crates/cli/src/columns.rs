@@ -13,7 +13,7 @@ use crate::terminal::print_lines;
 
 /// Propose which column of a log is which signal, as lines for the file of --options
 ///
-/// Each line comes with its reason. Exit code 1 where something is missing.
+/// Each line comes with its reason. Exit code 1: a signal is not found.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -23,12 +23,13 @@ pub(crate) struct Arguments {
     #[arg(value_name = "LOG")]
     log: PathBuf,
 
-    /// Rows per second of a log without a clock; by default from the velocities, if the log has them
+    /// Rows per second (Hz) of a log without a clock [default: from the velocities, if the log has them]
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
 
-    /// A hobby arm or its servo, whose units, zeros and gains complete the proposal: so101, koch, wx250s, vx300s,
-    /// openmanipulator-x, xm430-w350, ..; with the form of the positions as so101:degrees, :normalised, :counts or :radians
+    /// A hobby arm or its servo: so101, koch, wx250s, vx300s, openmanipulator-x, xm430-w350 and others. Units, zeros and
+    /// gains of this arm complete the proposal. The form of the positions may follow the name: so101:degrees, :normalised,
+    /// :counts or :radians
     #[arg(long, value_name = "ARM[:FORM]")]
     arm: Option<String>,
 }

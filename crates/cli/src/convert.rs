@@ -14,7 +14,7 @@ use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{note, print};
 
-/// Write a robot's description in another format, and say what that format cannot carry
+/// Write a robot's description in another format, and list what that format lacks
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]

@@ -18,16 +18,16 @@ use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, note, print_result};
 
-/// Look for what is wrong with logs: units, signs, zeros, columns, delays, another robot
+/// Check logs for mistakes: units, signs, zeros, columns, delays, another robot
 ///
-/// The torque of each joint is held against what the description computes for its motion. Exit code 1 where something
-/// is wrong.
+/// The torque of each joint is compared with the torque that the description gives for the motion of the log. Exit code 1:
+/// something is wrong.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// The logs, as rist identify reads them
+    /// Logs in any format of rist identify
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
 

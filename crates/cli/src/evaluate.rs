@@ -15,16 +15,16 @@ use crate::terminal::print;
 
 /// Evaluate the regressor or the torque at the states of a CSV file
 ///
-/// The header of STATES names one column per coordinate and quantity: q_<coordinate>, dq_<coordinate>,
-/// ddq_<coordinate> (SI); absent dq or ddq columns count as zero. For the torque, x_<parameter> columns
-/// (x_MX2) override the standard parameters of the description. The output has columns
-/// Y_<coordinate>_<parameter> or tau_<coordinate>.
+/// The header of STATES names one column per coordinate and quantity: q_<coordinate>, dq_<coordinate>, ddq_<coordinate> (SI
+/// units). If dq or ddq columns are missing, they count as zero. For the torque, columns x_<parameter> (for example x_MX2)
+/// replace the standard parameters of the description. The output has columns Y_<coordinate>_<parameter> or
+/// tau_<coordinate>.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// States, one per row
+    /// CSV file of states, one per row
     states: PathBuf,
 
     #[command(flatten)]

@@ -8,12 +8,12 @@ use rist::example::write_example;
 use crate::failure::Failure;
 use crate::terminal::print;
 
-/// Write a robot and two logs of it, to try the program with
+/// Write a robot description and two logs of the robot, to try the program with
 ///
-/// The robot is a UR5 as its URDF has it; the logs are simulated, with a gripper of 2 kg that the URDF does not have.
+/// The robot is a UR5, described by a URDF. The logs are simulated, with a gripper of 2 kg that is not in the URDF.
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Directory of the files; it is made where there is none
+    /// Directory for the files; it is created if it does not exist
     #[arg(default_value = "ur5")]
     directory: PathBuf,
 }

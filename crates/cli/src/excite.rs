@@ -17,18 +17,22 @@ use crate::model::{ModelArguments, is_prismatic};
 use crate::report::page_of_motion;
 use crate::terminal::{self, print_result, progress};
 
-/// Search one motion that makes the parameters visible, and prove that it keeps its limits
+/// Search for a motion that excites the parameters, and prove that it keeps its limits
 ///
-/// The motion is a finite Fourier series that starts and ends at rest, or a quintic spline (--motion). Its limits are
-/// those of the description, tightened by --limits. A kinematic limit that neither gives is assumed, with a note.
-/// Position, velocity, acceleration and jerk are proved between the samples too. So are torque and power, where they
-/// are limited and the description has inertial parameters; the distances of the robot's own links and the floor, where a
-/// URDF has their collision geometry; and the walls and boxes of --limits. A fixed base has the plane z = 0 as its floor
-/// where nothing that moves is below it at the zero pose, or where it stands on it and a motion above it is found. Turning
-/// joints keep 0.02 rad to the ends of their positions, links 2 cm to each other and to that floor, where there is room. The
-/// last line says what is proven, what is assumed and what is not looked at. Ctrl-C ends the search with the best motion found
-/// so far. Watch the motion in a simulator, and slowly on
-/// the robot, first.
+/// The motion is a finite Fourier series that starts and ends at rest, or a quintic spline (--motion). Its limits are the
+/// limits of the description, tightened by --limits. If both lack a kinematic limit, a value is assumed, with a note.
+///
+/// The limits are proved for all times, also between the samples. Position, velocity, acceleration and jerk are always
+/// proved. Torque and power are proved if they are limited and the description has inertial parameters. The distances
+/// between the robot's own links and to the floor are proved if a URDF has their collision geometry. The walls and boxes of
+/// --limits are proved too.
+///
+/// A fixed base has the plane z = 0 as its floor in two cases: no moving link is below this plane at the zero pose, or the
+/// robot stands on the plane and a motion above the plane is found. If there is room, turning joints stay 0.02 rad away
+/// from the ends of their ranges, and links stay 2 cm away from each other and from this floor.
+///
+/// The last line says what is proven, what is assumed and what is not checked. Ctrl-C ends the search with the best motion
+/// found so far. Before you use the motion, watch it in a simulator, and then slowly on the robot.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -37,7 +41,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     request: Flags<ExciteRequest>,
 
-    /// Write the motion as YAML, with its certificate and what it makes visible
+    /// Write the motion as YAML, with its certificate and the parameters that it excites
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
@@ -46,15 +50,15 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     play: Vec<PathBuf>,
 
-    /// Write a page that draws the motion within its limits, the path of the tip and what it makes visible
+    /// Write an HTML page with the motion within its limits, the path of the tip and the excited parameters
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
 
-    /// The date on that page, in any form
+    /// The date on the page of --report, in any form
     #[arg(long, requires = "report")]
     date: Option<String>,
 
-    /// Write the motion even where its limits are not proven to be kept; the file then says so
+    /// Write the motion even if the proof of its limits fails; the file then says so
     #[arg(long)]
     unproven: bool,
 }

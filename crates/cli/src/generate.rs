@@ -17,7 +17,7 @@ use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, note, print, progress};
 
-/// Write a robot's base regressor and other functions as source that stands alone
+/// Write a robot's base regressor and other functions as self-contained source
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -30,7 +30,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     package: Flags<::packages::PackageRequest>,
 
-    /// File to write [default: standard output]; C makes FILE.c and FILE.h, and a package a folder
+    /// File to write [default: standard output]. C has two files, FILE.c and FILE.h; a package is a folder
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }

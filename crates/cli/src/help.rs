@@ -14,9 +14,9 @@ use crate::terminal::folded;
 
 /// The first three commands for a new user with a description and a log, each with its purpose.
 const FIRST_STEPS: [(&str, &str); 3] = [
-    ("rist doctor robot.urdf log.csv", "do robot and log belong together?"),
+    ("rist doctor robot.urdf log.csv", "does the log belong to the robot?"),
     ("rist identify robot.urdf log.csv --report page.html", "parameters, a verdict, a page that shows both"),
-    ("rist excite robot.urdf --out motion.yaml --play motion.csv", "no log yet: a motion to record one"),
+    ("rist excite robot.urdf --out motion.yaml --play motion.csv", "if there is no log yet: a motion to record"),
 ];
 
 /// Largest width of the help, characters.
@@ -33,7 +33,7 @@ pub(crate) fn arranged(program: Command) -> Command {
     program
         .disable_help_flag(true)
         .arg(Arg::new("help").short('h').long("help").action(ArgAction::HelpShort).help("Print this help"))
-        .arg(Arg::new("help_all").long("help-all").action(ArgAction::HelpLong).help("Print how to switch colours too"))
+        .arg(Arg::new("help_all").long("help-all").action(ArgAction::HelpLong).help("Print the option for colours too"))
         .help_template(format!("{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{list}\nOptions:\n{{options}}"))
 }
 
@@ -61,7 +61,7 @@ fn list(program: &Command, groups: &[CommandGroup]) -> String {
         }
     }
     text += &format!("\n{header}To begin with:{header:#}\n{}", examples(&FIRST_STEPS));
-    text + "\nrist COMMAND --help has the flags that most people need, and examples; --help-all every flag.\n"
+    text + "\nrist COMMAND --help has the most frequent flags, and examples; --help-all has every flag.\n"
 }
 
 /// Formats examples: each command line with its purpose below.
@@ -91,7 +91,7 @@ fn of(help: &CommandHelp, command: Command) -> Command {
         flag.help_heading(TERMINAL_HEADING).display_order(LAST_DISPLAY_ORDER)
     };
     let all = match hidden {
-        0 => "Print all that can be said of every flag".to_string(),
+        0 => "Print every flag with its full text".to_string(),
         1 => "Print every flag, 1 more than here".to_string(),
         more => format!("Print every flag, {more} more than here"),
     };

@@ -20,7 +20,7 @@ const LARGEST_WIDTH: usize = 120;
 
 /// Show a robot's base parameters, regrouping rules, operation counts and rank evidence
 ///
-/// Each base parameter comes with what it means, its rule, and its value where the description has inertials.
+/// For each base parameter: its meaning, its regrouping rule, and its value if the description has inertial parameters.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]

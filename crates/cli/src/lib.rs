@@ -54,8 +54,8 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use failure::{Failure, UNUSABLE};
 use terminal::TerminalArguments;
 
-/// From a robot description to an exact symbolic model, generated Rust code, and inertial parameters
-/// identified on the machine.
+/// From a robot description to an exact symbolic model, generated code, and inertial parameters
+/// identified from logs of the robot.
 #[derive(Parser)]
 #[command(name = "rist", version, max_term_width = help::COLUMNS)]
 struct Arguments {
@@ -106,7 +106,7 @@ enum Command {
     Schema(schema::Arguments),
     Completions(shell::CompletionArguments),
     Man(shell::ManualArguments),
-    /// Print the licences of the crates that this program holds
+    /// Print the licences of the crates that this program contains
     Notices,
 }
 

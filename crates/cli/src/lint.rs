@@ -13,19 +13,20 @@ use crate::failure::Failure;
 use crate::model::ModelArguments;
 use crate::terminal::{note, print_result};
 
-/// Look for mistakes in a description: bodies, limits, left and right
+/// Look for mistakes in a description: bodies, limits, differences of left and right
 ///
-/// Exit code 1 where there is one. Notes are no mistakes.
+/// Exit code 1: there is a mistake. Notes are not mistakes.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// Total mass of the robot with its base, kg, as the data sheet gives it
+    /// Total mass of the robot with its base, from the data sheet, kg
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
 
-    /// File to write: the description (URDF, MJCF, YAML) with the repairs that alone make a body plausible; comments and order stay
+    /// Write the description (URDF, MJCF, YAML) with repaired bodies to this file. A body is repaired if only one repair
+    /// makes it plausible. Comments and order stay
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
 }

@@ -19,12 +19,13 @@ use crate::model::ModelArguments;
 use crate::terminal::{self, print_result, progress};
 use rist::output::check_output;
 
-/// Plan the exciting experiments of identification by spectrum analysis
+/// Plan exciting experiments for identification by spectrum analysis
 ///
-/// The candidates are all kinds of motion about a grid of configurations. The plan is the set of them whose information
-/// has the greatest determinant (or the least condition number) found. It says how far it can be from the best possible
-/// set. Motions whose torques or bodies do not keep the limits are no candidates, or are slower ones; of the chosen ones
-/// the limits are proved as by rist check, and the last line says what is proven, assumed and not looked at.
+/// The candidates are all kinds of motion about a grid of configurations. The plan is the best set of candidates that was
+/// found: the determinant of its information matrix is greatest (or the condition number is least). The plan says how far
+/// it can be from the best possible set. If the torques or the bodies of a motion do not keep the limits, the motion is
+/// left out or made slower. The limits of the chosen motions are proved as by rist check, and the last line says what is
+/// proven, assumed and not checked.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]

@@ -17,11 +17,11 @@ use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{self, print_result};
 
-/// Write a motion for a controller, with the way to it and back, at its speed or slower
+/// Write a motion for a controller, with the ways to its start and back, also slower
 ///
-/// The motion at --speed, and the straight ways to its first pose and back, are proved as by rist check; a file is written
-/// only where nothing speaks against them. None of the formats has been tried on its controller, and the file of URScript
-/// says so too.
+/// The motion at --speed, and the straight ways to its first pose and back, are proved as by rist check. A file is written
+/// only if the proof finds no violation. None of the formats has been tried on its controller. A file of URScript says so
+/// too.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -33,11 +33,11 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     request: Flags<PlayRequest>,
 
-    /// The file for the controller
+    /// File to write for the controller
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
 
-    /// Write the head of a log whose columns rist identify takes
+    /// Write the header line of a log, with column names that rist identify knows
     #[arg(long, value_name = "FILE")]
     template: Option<PathBuf>,
 }

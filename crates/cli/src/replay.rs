@@ -19,30 +19,30 @@ use crate::model::ModelArguments;
 use crate::report::{command, origin};
 use crate::terminal::{at_work, note, print_result};
 
-/// Find contact, loads and drift of friction in a log, as a robot would
+/// Find contact, loads and drift of friction in a log, in the same way as on the robot
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// The estimate
+    /// The estimate that predicts the torques
     estimate: PathBuf,
 
-    /// The log to run over
+    /// The log to replay
     log: PathBuf,
 
     #[command(flatten)]
     request: Flags<ReplayRequest>,
 
-    /// Write external torque, band, contact and load of every cycle as CSV
+    /// Write external torque, its limit without contact, contact and load of every cycle as CSV
     #[arg(long, value_name = "FILE")]
     series: Option<PathBuf>,
 
-    /// Write a page with contact, loads, drift and the external torques as HTML
+    /// Write an HTML page with contact, loads, drift and the external torques
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
 
-    /// The date on that page, in any form
+    /// The date on the page of --report, in any form
     #[arg(long, requires = "report")]
     date: Option<String>,
 }

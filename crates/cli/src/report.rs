@@ -25,16 +25,16 @@ use rist::output::check_output;
 
 /// Write plan, motion, estimate and validation as one self-contained HTML page
 ///
-/// With the model of an estimate from logs, the logs are read once more: torques, residuals, their spectrum, friction and
-/// limits are drawn, and parameters have their rules and meanings. With the model of a motion its limits are proved once
-/// more, and its torques and the path of its tip are drawn. So is a plan with its model. Without one, what a file says of
-/// itself is reported as such.
+/// If you give the model of an estimate from logs, the logs are read again. The page then has torques, residuals, their
+/// spectrum, friction and limits, and the rules and meanings of the parameters. If you give the model of a motion, the
+/// limits of the motion are proved again, and its torques and the path of its tip are drawn. If you give the model of a
+/// plan, the plan is proved again too. Without a model, the page repeats the statements of the file, and says so.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     files: Flags<ReportFiles>,
 
-    /// The page
+    /// The page to write
     #[arg(long, value_name = "FILE", default_value = "report.html")]
     out: PathBuf,
 }

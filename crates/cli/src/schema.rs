@@ -5,7 +5,7 @@ use clap::Args;
 use crate::failure::Failure;
 use crate::terminal::print;
 
-/// Print the options of every step as a JSON schema: types, defaults and ranges
+/// Print the options of every command as a JSON schema: types, defaults and ranges
 #[derive(Args)]
 pub(crate) struct Arguments {}
 

@@ -9,7 +9,7 @@ use crate::artefact::{make_directory, write_file};
 use crate::failure::Failure;
 use crate::terminal::print;
 
-/// Print the completions of a shell
+/// Print the completions for a shell
 ///
 /// For bash: rist completions bash > ~/.local/share/bash-completion/completions/rist
 #[derive(Args)]
@@ -21,7 +21,7 @@ pub(crate) struct CompletionArguments {
 /// Write the manual pages of the program and its commands
 #[derive(Args)]
 pub(crate) struct ManualArguments {
-    /// Directory of the pages; it is made where there is none
+    /// Directory for the pages; it is created if it does not exist
     #[arg(long, value_name = "DIRECTORY", default_value = "man")]
     out: PathBuf,
 }

@@ -18,8 +18,9 @@ use crate::terminal::{self, at_work, print_result};
 
 /// Simulate a plan or an exciting motion in closed loop, with friction and noise
 ///
-/// Writes a log an experiment (or motion.csv), validation logs of other motions, and truth.yaml with the parameters and the
-/// friction behind them; with a load also logs that carry it, and truth_loaded.yaml with the parameters behind those. The logs hold currents, or torques where no drive gain is known.
+/// Writes one log per experiment (or motion.csv), logs of other motions for validation, and truth.yaml with the true
+/// parameters and friction. With --load, also writes logs with this load, and truth_loaded.yaml with the true parameters of
+/// the robot with the load. The logs contain currents, or torques if no drive gain is known.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -29,7 +30,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "PLAN|MOTION")]
     motions: PathBuf,
 
-    /// Directory of the logs
+    /// Directory for the logs
     #[arg(long, value_name = "DIRECTORY", default_value = "logs")]
     out: PathBuf,
 

@@ -26,11 +26,11 @@ pub(crate) struct TerminalArguments {
     #[arg(long, global = true)]
     pub json: bool,
 
-    /// Print the result and errors alone, no notes and no progress
+    /// Print only the result and errors, no notes and no progress
     #[arg(long, short, global = true)]
     pub quiet: bool,
 
-    /// Colours; NO_COLOR in the environment turns them off too
+    /// When to print colours; the environment variable NO_COLOR turns them off too
     #[arg(long, global = true, value_name = "WHEN", default_value_t = ColorChoice::Auto, hide_short_help = true)]
     pub color: ColorChoice,
 }

@@ -20,16 +20,16 @@ use crate::terminal::{at_work, note, print_result};
 use crate::verdict::{as_json, refused};
 use rist::output::check_output;
 
-/// Compare measured and predicted torques on motions that were not used
+/// Compare measured and predicted torques on logs that were not fitted
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// The estimate
+    /// The estimate to validate
     estimate: PathBuf,
 
-    /// Logs that the estimate was not made from, or directories of rist simulate: their v*.csv
+    /// Logs from which the estimate was not made, or directories of rist simulate (their logs v*.csv)
     #[arg(required = true)]
     logs: Vec<PathBuf>,
 
@@ -40,15 +40,15 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
-    /// Write measured and predicted torques as CSV, or as Parquet (FILE.parquet); for an estimate from logs
+    /// Write measured and predicted torques as CSV, or as Parquet (FILE.parquet); only for an estimate from logs
     #[arg(long, value_name = "FILE")]
     series: Option<PathBuf>,
 
-    /// Write a page with verdict, torques, residuals, friction and parameters as HTML
+    /// Write an HTML page with verdict, torques, residuals, friction and parameters
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
 
-    /// The date on that page, in any form
+    /// The date on the page of --report, in any form
     #[arg(long, requires = "report")]
     date: Option<String>,
 }

@@ -79,13 +79,13 @@ macro_rules! artefact {
                 Ok($name { inner, model: None })
             }
 
-            /// From the text of `to_yaml`.
+            /// Makes the object from the text of `to_yaml`.
             #[staticmethod]
             fn from_yaml(text: &str) -> PyResult<$name> {
                 Ok($name { inner: <$inner>::from_yaml("text", text).or_error()?, model: None })
             }
 
-            /// The text of the file, that of the program byte for byte.
+            /// The text of the file, byte for byte the same as the file of the program.
             fn to_yaml(&self) -> PyResult<String> {
                 self.inner.to_yaml().or_error()
             }
@@ -105,13 +105,13 @@ macro_rules! artefact {
                 page.unwrap_or_else(|| $crate::html::text(&self.inner.to_string()))
             }
 
-            /// What the file holds, as dicts, lists, texts and numbers.
+            /// The content of the file, as dicts, lists, texts and numbers.
             fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
                 let values = serde_json::to_value(&self.inner).map_err($crate::error::error)?;
                 $crate::call::object(py, &values)
             }
 
-            /// Equal are those whose files are the same.
+            /// Two objects are equal if their files are the same.
             fn __eq__(&self, other: &Bound<'_, $name>) -> PyResult<bool> {
                 Ok(self.to_yaml()? == other.get().to_yaml()?)
             }

@@ -16,7 +16,7 @@ pub fn standard_names(model: &rist::Model) -> Vec<String> {
     model.parameters.standard.iter().map(|s| s.display(&model.robot).to_string()).collect()
 }
 
-/// The least set of parameters on which the torques depend.
+/// The smallest set of parameters on which the torques depend.
 #[pyclass(frozen, module = "rist")]
 pub struct BaseParameters {
     model: Py<Model>,
@@ -47,7 +47,8 @@ impl BaseParameters {
         self.inner().regressor().parameters().iter().map(|base| Parameter::from(base).unit().to_string()).collect()
     }
 
-    /// How each follows from the standard parameters, exact in the symbols of the description: "ZZR1 = ZZ1 + IA1 + ..".
+    /// The regrouping rule of each base parameter: how it follows from the standard parameters, exact in the symbols of the
+    /// description, "ZZR1 = ZZ1 + IA1 + ..".
     #[getter]
     fn rules(&self) -> Vec<String> {
         self.inner().parameters.rules().base
@@ -71,7 +72,7 @@ impl BaseParameters {
         array(py, &[base.len(), columns], &numbers)
     }
 
-    /// The rule of a parameter by its name: base["ZZR1"]; or by its place, as of a list.
+    /// The rule of a parameter by its name, base["ZZR1"], or by its index, as in a list.
     fn __getitem__(&self, name: &Bound<'_, PyAny>) -> PyResult<String> {
         let (names, mut rules) = (self.names(), self.rules());
         Ok(rules.swap_remove(place(name, &names)?))

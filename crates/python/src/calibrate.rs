@@ -15,15 +15,15 @@ use crate::estimate::Estimate;
 use crate::model::Model;
 use crate::work::work;
 
-/// Errors of the geometry, zeros or compliances of a robot, from measured poses, points or distances.
+/// Identifies errors of the geometry, zeros or compliances of a robot from measured poses, points or distances.
 ///
-/// model: a Model or a path; read a URDF with angles="as-given". postures: a path of a table, one row a posture: joint positions, and
-/// x y z with qx qy qz qw or roll pitch yaw, or points x1 y1 z1 x2 .., or a distance. estimate: gives the torques that bend the
-/// joints, for what="stiffness".
+/// model: a Model or a path; read a URDF with angles="as-given". postures: the path of a table with one posture per row: joint
+/// positions, and x y z with qx qy qz qw or roll pitch yaw, or points x1 y1 z1 x2 .., or a distance. estimate: for
+/// what="stiffness", gives the torques that bend the joints.
 ///
-/// Returns a dict: what `rist calibrate --out` writes; zeros, the table of the zeros as CSV; urdf, the URDF with calibrated origins,
-/// None where the model is of another format or scales are fitted; and text, what the program prints. Without postures, but with
-/// design: the postures to measure, with csv, their table.
+/// Returns a dict with the content of the file of `rist calibrate --out`, and with zeros, the table of the zeros as CSV; urdf,
+/// the URDF with calibrated origins, None if the model has another format or if scales are fitted; text, what the program
+/// prints. Without postures, but with design: the postures to measure, and csv, their table.
 ///
 /// >>> rist.calibrate("arm.urdf", "poses.csv")["verdict"]
 /// >>> rist.calibrate("arm.urdf", design=20)["csv"]

@@ -9,15 +9,15 @@ pyo3::create_exception!(
     rist,
     Error,
     PyValueError,
-    "Input that cannot be used, or data that speak against what was asked. The message says where, what was found, what was \
-     expected and what to do."
+    "Input that cannot be used, or data that contradict the request. The message says where the fault is, what was \
+     found, what was expected and what to do."
 );
 
 pyo3::create_exception!(
     rist,
     TrustWarning,
     PyUserWarning,
-    "A result that is not to be trusted: its verdict says no. The message says why, and what to do now."
+    "A result that is not to be trusted, because its verdict is no. The message says why, and what to do now."
 );
 
 /// Issues a warning if the verdict on the trust in a result is "no", so that the user of a notebook notices it.

@@ -30,10 +30,11 @@ use crate::validation::Validation;
 use crate::verdict::{Said, Verdict};
 use crate::work::work;
 
-/// Identified parameters with their deviations, the residuals they leave, and what the data cannot tell.
+/// Identified parameters with their standard deviations, the residuals, and what the data do not determine.
 ///
-/// It is an Arrow table too: pyarrow.table(estimate), polars.DataFrame(estimate). A pickle holds all of it; estimate.yaml
-/// holds no bodies, so that write_urdf and write_mjcf want what `identify` returned, or a pickle of it.
+/// An estimate is also an Arrow table: pyarrow.table(estimate), polars.DataFrame(estimate). A pickle contains all data of the
+/// estimate. estimate.yaml contains no bodies. Therefore write_urdf and write_mjcf need the estimate that `identify` returned,
+/// or a pickle of it.
 #[pyclass(frozen, module = "rist")]
 pub struct Estimate {
     pub inner: rist::Estimate,
@@ -158,7 +159,8 @@ impl Estimate {
 
 #[pymethods]
 impl Estimate {
-    /// Reads estimate.yaml; with its model it can predict other logs. Raises rist.Error where it was made with another.
+    /// Reads estimate.yaml. With its model, the estimate can predict other logs. Raises rist.Error if the estimate was made
+    /// with another model.
     #[staticmethod]
     #[pyo3(signature = (path, model=None))]
     fn read(path: PathBuf, model: Option<&Bound<'_, PyAny>>) -> PyResult<Estimate> {
@@ -169,20 +171,21 @@ impl Estimate {
         Ok(Estimate { model: Some(model.unbind()), ..plain })
     }
 
-    /// The model it was made with, which may have rotor inertias that a URDF cannot say; None where it was read without.
+    /// The model with which the estimate was made. It may have rotor inertias that a URDF cannot contain. None if the estimate
+    /// was read without its model.
     #[getter]
     fn model(&self, py: Python<'_>) -> Option<Py<Model>> {
         self.model.as_ref().map(|model| model.clone_ref(py))
     }
 
-    /// How well it predicts the logs of validate=; None without them.
+    /// How well the estimate predicts the logs of validate=; None without such logs.
     #[getter]
     fn validation(&self, py: Python<'_>) -> Option<Validation> {
         let model = self.model.as_ref().map(|model| model.clone_ref(py));
         self.validation.clone().map(|inner| Validation { inner, model })
     }
 
-    /// What a simulation assumed where the description says nothing, in sentences.
+    /// Assumptions of a simulation about what the description does not say, as sentences.
     #[getter]
     fn notes(&self) -> Vec<String> {
         all_spelled(&self.notes)
@@ -200,7 +203,7 @@ impl Estimate {
         self.inner.parameters.iter().map(|p| p.unit.to_string()).collect()
     }
 
-    /// Values by name; None where the data do not tell.
+    /// Values by name; None if the data do not determine the value.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
@@ -208,25 +211,25 @@ impl Estimate {
         Ok(dict)
     }
 
-    /// Values, not a number where the data do not tell.
+    /// Values; NaN if the data do not determine the value.
     #[getter]
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         self.numbers(py, |p| p.value)
     }
 
-    /// Standard deviations, in the units of the values: those to believe.
+    /// Standard deviations, in the units of the values. Use these, and not `white_sigma`.
     #[getter]
     fn sigma<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         self.numbers(py, |p| p.sigma)
     }
 
-    /// What the standard deviations would be if the model were exact and the noise white.
+    /// Standard deviations under the assumption that the model is exact and the noise is white.
     #[getter]
     fn white_sigma<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         self.numbers(py, |p| p.white_sigma)
     }
 
-    /// What each value is worth: "identified", "not_significant", "weak" or "not_identifiable".
+    /// Status of each value: "identified", "not_significant", "weak", "not_identifiable", or "given" if it was not estimated.
     #[getter]
     fn status(&self) -> Vec<&'static str> {
         let word = |p: &Identified| match p.status {
@@ -239,8 +242,8 @@ impl Estimate {
         self.inner.parameters.iter().map(word).collect()
     }
 
-    /// A dict of columns (name, value, sigma, white_sigma, unit, status), as pandas.DataFrame and polars.DataFrame take it;
-    /// a value that the data do not tell is not a number there, and null in the Arrow table.
+    /// A dict of columns (name, value, sigma, white_sigma, unit, status) for pandas.DataFrame and polars.DataFrame. A value
+    /// that the data do not determine is NaN in this dict, and null in the Arrow table.
     #[getter]
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let table = PyDict::new(py);
@@ -285,13 +288,13 @@ impl Estimate {
         (!rows.is_empty()).then(|| array(py, &shape, &rows.concat())).transpose()
     }
 
-    /// Sentences on what the data cannot tell.
+    /// Sentences on what the data do not determine.
     #[getter]
     fn remarks(&self) -> Vec<String> {
         all_spelled(&self.inner.remarks)
     }
 
-    /// What the logs have against the description (units, signs, columns), the worst first.
+    /// Contradictions between the logs and the description (units, signs, columns), as sentences, the worst first.
     #[getter]
     fn findings(&self) -> Vec<String> {
         all_spelled(&self.findings)
@@ -303,31 +306,32 @@ impl Estimate {
         self.load.as_deref()
     }
 
-    /// Whether to trust it, and why.
+    /// Whether to trust the estimate, and why.
     #[getter]
     fn verdict(&self) -> Verdict {
         Verdict { said: self.verdict.clone() }
     }
 
-    /// |tau - W X| / |tau| over all joints; None where no torques were fitted.
+    /// Relative residual |tau - W X| / |tau| over all joints; None if no torques were fitted.
     #[getter]
     fn total(&self) -> Option<f64> {
         self.inner.total
     }
 
-    /// The same on tenths of the log, each predicted from the others; None for estimates of experiments.
+    /// Relative residual on held-out tenths of the log: each tenth is predicted from the other tenths. None for estimates from
+    /// the experiments of a plan.
     #[getter]
     fn cross_validation(&self) -> Option<f64> {
         self.inner.cross_validation
     }
 
-    /// Cut-off of the low-pass, Hz; None where nothing was filtered.
+    /// Cut-off of the low-pass, Hz; None if nothing was filtered.
     #[getter]
     fn cutoff(&self) -> Option<f64> {
         self.inner.cutoff
     }
 
-    /// Condition number of the columns scaled to unit norm; None where there was no such matrix.
+    /// Condition number of the columns of the observation matrix, scaled to unit norm; None if there was no such matrix.
     #[getter]
     fn condition_number(&self) -> Option<f64> {
         self.inner.condition_number
@@ -357,9 +361,9 @@ impl Estimate {
         Ok(table)
     }
 
-    /// Torques of a log (or of several, a list then) as the estimate predicts them, filtered as it was made: a dict of
-    /// t (N,) in s, measured and predicted (N, n) in N m (N). Rows that do not count, at standstill, are not numbers.
-    /// Without a log: of those that it was made from.
+    /// Measured torques of a log, and torques predicted by the estimate, both filtered as in the fit. Returns a dict: t (N,) in
+    /// s, measured and predicted (N, n) in N m (N); for several logs, a list of such dicts. Rows that do not count, at
+    /// standstill, are NaN. Without `log`, the logs are used from which the estimate was made.
     #[pyo3(signature = (log=None))]
     fn predict<'py>(&self, py: Python<'py>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
         let (model, given) = (&self.the_model()?.inner, self.logs_or(log, py)?);
@@ -387,7 +391,7 @@ impl Estimate {
         }
     }
 
-    /// The text of estimate.yaml, that of the program byte for byte.
+    /// The text of estimate.yaml, byte for byte the same as the file of the program.
     fn to_yaml(&self) -> PyResult<String> {
         self.inner.to_yaml().or_error()
     }
@@ -399,9 +403,9 @@ impl Estimate {
         save(&path, &self.to_yaml()?, &inputs)
     }
 
-    /// Writes one self-contained HTML page: the verdict, torques and residuals of the log (or of those that it was made from,
-    /// where they are still there), the parameters with their rules and meanings, the plan and the validation where they are
-    /// given.
+    /// Writes one self-contained HTML page: the verdict, torques and residuals, the parameters with their rules and meanings,
+    /// and the plan and the validation if they are given. The torques are those of `log`, or of the logs from which the
+    /// estimate was made, if these logs still exist.
     #[pyo3(signature = (path, plan=None, validation=None, date=None, log=None))]
     fn report<'py>(
         &self,
@@ -425,8 +429,9 @@ impl Estimate {
         save(&path, &rist::page::page(&request).0, &[])
     }
 
-    /// Draws measured and identified torques of a log, or of those that it was made from, joint by joint, and the residual;
-    /// of an estimate of experiments its parameters. Axes of matplotlib, or a rist.Picture of the page where that is not there.
+    /// Draws measured and identified torques of a log joint by joint, and the residual. Without `log`, the logs are drawn from
+    /// which the estimate was made. For an estimate from experiments, its parameters are drawn. Returns axes of matplotlib;
+    /// without matplotlib, a rist.Picture of the page.
     #[pyo3(signature = (log=None))]
     fn plot<'py>(slf: &Bound<'py, Self>, log: Option<&Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("rist._plot")?.call_method1("estimate", (slf, log))
@@ -441,7 +446,7 @@ impl Estimate {
 
     /// Writes the URDF of the model with the identified bodies, joint damping and friction; needs consistent=True.
     ///
-    /// Returns sentences on what a URDF has no place for. Raises rist.Error where the verdict is no, unless anyway=True.
+    /// Returns sentences on what a URDF cannot contain. Raises rist.Error if the verdict is no, unless anyway=True.
     #[pyo3(signature = (path, anyway=false))]
     fn write_urdf(&self, path: PathBuf, anyway: bool) -> PyResult<Vec<String>> {
         let (bodies, model) = (self.bodies(anyway)?, self.the_model()?);
@@ -451,8 +456,8 @@ impl Estimate {
         Ok(written.notes)
     }
 
-    /// Writes a MuJoCo model with the identified inertials, damping, friction loss and armature; needs consistent=True. A model
-    /// that was read from an MJCF is kept whole.
+    /// Writes a MuJoCo model with the identified inertials, damping, friction loss and armature; needs consistent=True. If the
+    /// model was read from an MJCF, the rest of that file is kept.
     #[pyo3(signature = (path, anyway=false))]
     fn write_mjcf(&self, path: PathBuf, anyway: bool) -> PyResult<()> {
         let (bodies, model) = (self.bodies(anyway)?, self.the_model()?);
@@ -489,8 +494,8 @@ impl Estimate {
         html::table(&title, &head, rows) + &html::text(&verdict)
     }
 
-    /// A value by its name, estimate["ZZR1"]; None where the data do not tell. KeyError says which name was meant. Or by its
-    /// place, as of a list.
+    /// A value by its name, estimate["ZZR1"], or by its index, as in a list. None if the data do not determine the value. If
+    /// the name is unknown, KeyError proposes a similar name.
     fn __getitem__(&self, name: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
         Ok(self.inner.parameters[place(name, &self.names())?].value)
     }
@@ -508,12 +513,12 @@ impl Estimate {
         PyList::new(py, self.names())?.try_iter()
     }
 
-    /// What estimate.yaml holds, as dicts, lists, texts and numbers.
+    /// The content of estimate.yaml, as dicts, lists, texts and numbers.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         object(py, &serde_json::to_value(&self.inner).map_err(error)?)
     }
 
-    /// Equal are estimates whose files are the same.
+    /// Two estimates are equal if their files are the same.
     fn __eq__(&self, other: &Bound<'_, Estimate>) -> PyResult<bool> {
         Ok(self.to_yaml()? == other.get().to_yaml()?)
     }

@@ -19,8 +19,8 @@ use crate::model::Model;
 use crate::motions::{ExcitingMotion, ExperimentPlan};
 use crate::work::{alone, work};
 
-/// Chooses the experiments that identify a robot best by spectrum analysis. What was assumed where the description says
-/// nothing is one warning.
+/// Chooses the experiments with which a robot is identified best by spectrum analysis. If the description lacks data, one
+/// warning lists the assumptions.
 ///
 /// model: a Model, or the path of a description.
 ///
@@ -56,15 +56,15 @@ pub fn plan(py: Python<'_>, model: &Bound<'_, PyAny>, options: Option<&Bound<'_,
     Ok(ExperimentPlan { inner: planned.plan, model: Some(model.unbind()) })
 }
 
-/// Simulates the experiments of a plan, or an ExcitingMotion, in closed loop, with friction, noise and drive gains. What it
-/// assumes where the description says nothing stands in `.notes` of the estimate that it returns.
+/// Simulates the experiments of a plan, or an ExcitingMotion, in closed loop, with friction, noise and drive gains. `.notes` of
+/// the returned estimate lists the assumptions about what the description does not say.
 ///
 /// model: a Model, or the path of a description. plan: a plan or a motion, or the path of one.
 ///
-/// With out="DIRECTORY" it writes a log an experiment (e01.csv, .. or motion.csv, v01.csv, .. of motions for validation, e01_loaded.csv,
-/// ..), truth.yaml, and truth_loaded.yaml with a load, as `rist simulate` does. Returns the parameters behind the logs, an
-/// Estimate, and the logs: a dict by name of dicts of arrays t (N,) in s, q (N, n) in rad (m), i (N, n) in A, which
-/// `identify` takes.
+/// With out="DIRECTORY", writes the same files as `rist simulate`: one log per experiment (e01.csv, ..) or motion.csv, logs of
+/// other motions for validation (v01.csv, ..), truth.yaml, and with a load also e01_loaded.csv, .. and truth_loaded.yaml.
+/// Returns an Estimate with the true parameters behind the logs, and a dict of the logs by name. A log is a dict of arrays that
+/// `identify` takes: t (N,) in s, q (N, n) in rad (m), and i (N, n) in A, or tau (N, n) in N m (N) if no drive gain is known.
 ///
 /// Options:
 /// - validation: Number of validation motions [default: 10]
@@ -197,8 +197,8 @@ fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Boun
     array(py, &[n, series.len()], &numbers)
 }
 
-/// Searches one motion of all joints that makes the parameters visible, and proves that it keeps its limits. A motion that
-/// is not proven says so: look at `.proven` before it is played.
+/// Searches for one motion of all joints that excites the parameters, and proves that the motion keeps its limits. Look at
+/// `.proven` before you play the motion: it is False if the proof failed.
 ///
 /// model: a Model, or the path of a description.
 ///
@@ -245,13 +245,13 @@ pub fn excite(
     Ok(ExcitingMotion { inner, model: Some(model.unbind()) })
 }
 
-/// Proves anew that a motion keeps its limits, and those of `limits`, a path to YAML or its content as a dict, too; torques
-/// are those of the description, or of the estimate `after`. Of a plan each experiment is proved so, and what its proof is worth is
-/// found again. Returns what speaks against it: nothing where all that is looked at is proven, and where all that `limits` asks
-/// for is looked at.
+/// Proves again that a motion keeps its limits, and also the limits in `limits` (a path to YAML, or its content as a dict). The
+/// torques follow from the description, or from the estimate `after`. Of a plan, each experiment is proved in this way, and the
+/// efficiency that the proof of the plan guarantees is computed again. Returns a list of faults. The list is empty if every
+/// checked limit is proven, and every check that `limits` asks for was possible.
 ///
-/// model: a Model, or the path of a description. motion: an ExcitingMotion, an ExperimentPlan, or the path of one, of a table
-/// of points (CSV) or of a JointTrajectory (YAML, JSON).
+/// model: a Model, or the path of a description. motion: an ExcitingMotion, an ExperimentPlan, or the path of a file: of a
+/// motion, a plan, a table of points (CSV) or a JointTrajectory (YAML, JSON).
 ///
 /// Options:
 /// - limits: Limits of your own that the motion must keep too, as for `rist excite limits=`; those that the file

@@ -16,11 +16,13 @@ use crate::logs::logs;
 use crate::model::Model;
 use crate::work::{alone, work};
 
-/// Sums over logs of one robot: `update` with a log where it lies, `merge` with those of others, `solve` without the logs.
+/// Sums over logs of one robot: what a fit needs of the logs, without their rows. `update` adds a log, `merge` adds other sums,
+/// and `solve` computes the estimate without the logs.
 ///
-/// All parts of one sum need one cut-off (Hz) and the same options: cutoff, order, decimate, delay, friction, weights
-/// ("none", "joint"), gain ({"q1": 2.393}, N m/A), options, as of `identify`. An accumulator pickles to some kilobytes, so
-/// workers of any engine can make them; merged in any order they are one pass, to rounding.
+/// All sums that will be merged need the same cut-off (Hz) and the same options: cutoff, order, decimate, delay, friction,
+/// weights ("none", "joint"), gain ({"q1": 2.393}, N m/A), options, as for `identify`. A pickle of an accumulator has some
+/// kilobytes, so the worker processes of any engine can make accumulators. Merged in any order, the result is the same as from
+/// one pass over all logs, up to rounding.
 ///
 /// >>> sums = rist.Accumulator(model, cutoff=10.0)
 /// >>> sums.update("monday.mcap").merge(other)
@@ -77,10 +79,10 @@ impl Accumulator {
         Ok(Accumulator { model: model.unbind(), sums: Mutex::new(sums) })
     }
 
-    /// Adds a log, or a list of them, as `identify` takes them; returns itself.
+    /// Adds a log, or a list of logs, as for `identify`. Returns itself.
     ///
-    /// Raises rist.Error, and adds nothing of that log, where it cannot be used, is in the sums already, or does not belong
-    /// to the model (anyway=True takes it in).
+    /// Raises rist.Error if a log cannot be used, is in the sums already, or does not belong to the model. Nothing of this log
+    /// is added then. With anyway=True, a log that does not belong to the model is added.
     #[pyo3(signature = (log, anyway=false))]
     fn update<'py>(slf: Bound<'py, Self>, log: &Bound<'py, PyAny>, anyway: bool) -> PyResult<Bound<'py, Self>> {
         let (this, given) = (slf.get(), logs(log)?);
@@ -98,7 +100,8 @@ impl Accumulator {
         Ok(slf)
     }
 
-    /// Adds the logs of another; returns itself. Raises rist.Error with what differs, and where a log is in both.
+    /// Adds the logs of another accumulator. Returns itself. Raises rist.Error if the settings differ, and says which, or if a
+    /// log is in both.
     fn merge<'py>(slf: Bound<'py, Self>, other: &Accumulator) -> PyResult<Bound<'py, Self>> {
         // `other` is copied before `this` is locked, because both may be the same object, and two locks could block each other.
         let (this, other) = (slf.get(), other.copy());
@@ -106,12 +109,12 @@ impl Accumulator {
         Ok(slf)
     }
 
-    /// Notes a log that could not be used, so that every estimate of the sums says it.
+    /// Notes a log that could not be used. Every estimate from the sums then names this log.
     fn fail(&self, log: String, reason: String) {
         self.sums().fail(log, reason);
     }
 
-    /// The estimate of all logs.
+    /// The estimate from all logs in the sums.
     fn solve(&self, py: Python<'_>) -> PyResult<Estimate> {
         let sums = self.copy();
         let estimate = work(py, None, |_| Ok(sums.solve()?))?;
@@ -124,7 +127,7 @@ impl Accumulator {
         self.sums().logs().iter().map(|log| log.name.clone()).collect()
     }
 
-    /// Samples in the sums, after the filter.
+    /// Number of samples in the sums, after the filter.
     #[getter]
     fn samples(&self) -> usize {
         self.sums().logs().iter().map(|log| log.samples).sum()
@@ -147,7 +150,7 @@ impl Accumulator {
         rist::output::write_file(&path, &bytes, &[&self.model.get().inner.path]).or_error()
     }
 
-    /// Reads a .tri file. Raises rist.Error where it is none, was cut short, or is of another model.
+    /// Reads a .tri file. Raises rist.Error if the file is not a .tri file, is incomplete, or is of another model.
     #[staticmethod]
     fn read(path: PathBuf, model: &Bound<'_, PyAny>) -> PyResult<Accumulator> {
         let sums = fleet::Accumulator::read(&path).or_error()?;
@@ -190,14 +193,14 @@ pub fn _accumulator(bytes: &[u8], model: Py<Model>) -> PyResult<Accumulator> {
 artefact! {
     Comparison,
     fleet::Comparison,
-    "What changed between sums: which robots, which parameters, by how many sigma.",
-    /// Names of those that changed.
+    "What changed between sums: which robots and which parameters, and by how many standard deviations sigma.",
+    /// Names of the robots that changed.
     #[getter]
     fn changed(&self) -> Vec<String> {
         self.inner.robots.iter().filter(|r| r.changed).map(|r| r.name.clone()).collect()
     }
 
-    /// Parameters that moved, by name of the robot: dicts of name -> (difference, sigma), in the unit of the parameter.
+    /// Parameters that changed, by the name of the robot: dicts of name -> (difference, sigma), in the unit of the parameter.
     #[getter]
     fn moved<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
@@ -219,7 +222,7 @@ impl Comparison {
     }
 }
 
-/// Compares sums with those of a reference: robots by name, {"r07": Accumulator, ..}.
+/// Compares the sums of robots with the sums of a reference. robots: sums by name, {"r07": Accumulator, ..}.
 ///
 /// Options:
 /// - of: The parameters that are asked about [default: 'all']

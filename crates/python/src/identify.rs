@@ -23,11 +23,12 @@ use crate::model::Model;
 use crate::motions::ExperimentPlan;
 use crate::work::work;
 
-/// Identifies the base parameters and the friction of a robot from logs of it. rist.TrustWarning where the verdict says no.
+/// Identifies the base parameters and the friction of a robot from its logs. If the verdict is no, a rist.TrustWarning says so.
 ///
-/// model: a Model, or the path of a description. logs: one or a list; each a path (CSV, .npz, Arrow, Parquet, MCAP, a rosbag2 directory), a dict of arrays ({"t": (N,),
-/// "q": (N, n), "tau": (N, n)}; SI), or a table with __arrow_c_stream__ (pandas, polars, pyarrow). With method="rist",
-/// "rist-mh", "iv" or "didim": the directory of the logs of `plan`.
+/// model: a Model, or the path of a description. logs: one log or a list of logs. A log is a path (CSV, .npz, Arrow, Parquet,
+/// MCAP, a rosbag2 directory), a dict of arrays ({"t": (N,), "q": (N, n), "tau": (N, n)}; SI units), or a table with
+/// __arrow_c_stream__ (pandas, polars, pyarrow). With method="rist", "tls", "rist-mh", "iv" or "didim", logs is the directory
+/// with the logs of `plan`.
 ///
 /// Options:
 /// - consistent: Physically consistent parameters: only bodies that can exist. Where the log says nothing, they
@@ -74,12 +75,12 @@ use crate::work::work;
 /// - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
 ///   YAML file that does not say: actuated; a URDF, which cannot say: none]
 ///
-/// With method="rist-mh" it also estimates, where asked: ripple (periods a turn of all joints, or {"q2": 12}, or
-/// {"q2": [6, 12]}), elastic and backlash (True for all joints, or ["q2", "q3"]: springs and gaps behind the motors, which have
-/// the encoders; the equations end at 10 Hz then, unless cutoff says otherwise), delay="auto". cutoff: highest frequency of
-/// the equations (20 Hz).
+/// With method="rist-mh", you can also estimate: ripple (periods per turn of all joints, or {"q2": 12}, or {"q2": [6, 12]});
+/// elastic and backlash (True for all joints, or ["q2", "q3"]: springs and gaps between the motors, which have the encoders,
+/// and the links); delay="auto". With elastic or backlash, the equations end at 10 Hz, unless cutoff is given. cutoff is the
+/// highest frequency of the equations (default 20 Hz).
 ///
-/// Ctrl-C ends it. Raises rist.Error with the message of the program.
+/// Ctrl-C ends the identification. If something is wrong, raises rist.Error with the message of the program.
 #[pyfunction]
 #[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, consistent=False, free_bodies=False, gain=None, arm=None, unknowns=None, leave_out_contact=False, covariance=False, loaded_link=None, friction=None, weights=None, cutoff=None, order=None, rate=None, decimate=None, delay=None, options=None, load=None, ripple=None, spring=False, eccentric=False, elastic=False, backlash=False, method='ls', loaded=(), validate=(), plan=None, rotor_inertia=None)")]
 pub fn identify(
@@ -191,7 +192,7 @@ fn identify_plan(
     Ok(Estimate::plain(estimate, Some(model.clone().unbind())))
 }
 
-/// What logs and a description have to do with each other.
+/// The result of checking that logs belong to a description.
 #[pyclass(frozen, module = "rist")]
 pub struct LogCheck {
     state: LogCheckState,
@@ -223,7 +224,7 @@ impl LogCheck {
 
 #[pymethods]
 impl LogCheck {
-    /// What is wrong, the worst first: a sentence each with what mends it.
+    /// What is wrong, the worst first: for each finding a sentence, with its remedy.
     #[getter]
     fn findings(&self) -> Vec<String> {
         self.state.1.clone()
@@ -242,21 +243,22 @@ impl LogCheck {
         Ok(self.not_checked())
     }
 
-    /// Whether a finding forbids to use an estimate from these logs.
+    /// Whether a finding makes an estimate from these logs unusable.
     #[getter]
     fn is_gross(&self) -> bool {
         self.state.3
     }
 
-    /// All that was claimed: what is contradicted, what agrees and what fault would have shown, what cannot be determined.
+    /// All claims that were checked: which are contradicted, which agree and what fault they would have shown, and which cannot
+    /// be determined.
     #[getter]
     fn claims(&self) -> Vec<String> {
         self.state.5.clone()
     }
 
-    /// How each joint agrees with the description, a dict of columns: coordinate; slope, measured torque per torque of the
-    /// description; share of the torque that the slope rests on; explained, the share with rotor, friction and offset; range
-    /// of its motion, rad (m).
+    /// How each joint agrees with the description, a dict of columns: coordinate; slope, the measured torque per torque of the
+    /// description; share, the part of the torque on which the slope is based; explained, the part of the torque that is
+    /// explained together with rotor, friction and offset; range, the range of motion, rad (m).
     #[getter]
     fn joints<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (joints, table) = (&self.state.4, PyDict::new(py));
@@ -279,8 +281,8 @@ impl LogCheck {
         Ok(dict)
     }
 
-    /// Draws the slope of each joint, which is 1 where log and description agree. Axes of matplotlib, or a rist.Picture where
-    /// that is not there.
+    /// Draws the slope of each joint, which is 1 if log and description agree. Returns axes of matplotlib; without matplotlib,
+    /// a rist.Picture.
     fn plot<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("rist._plot")?.call_method1("log_check", (slf,))
     }
@@ -318,10 +320,10 @@ pub fn _log_check(state: LogCheckState) -> LogCheck {
     LogCheck { state }
 }
 
-/// Looks for what is wrong with logs before anything is fitted: units, signs, zeros, swapped columns, another robot.
+/// Checks logs for mistakes before anything is fitted: units, signs, zeros, swapped columns, another robot.
 ///
-/// model and logs as of `identify`; options: a path to YAML with any option of an identification, its text, or its content as a
-/// dict; gain: {"q1": 2.393}, N m/A.
+/// model, logs: as for `identify`. options: a path to YAML with any option of an identification, its text, or its content as a
+/// dict. gain: {"q1": 2.393}, N m/A.
 ///
 /// Options:
 /// - options: YAML with any option of an identification

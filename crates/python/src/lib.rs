@@ -34,7 +34,7 @@ mod wrench;
 
 use pyo3::prelude::*;
 
-/// From a robot description to an exact symbolic model, generated code, and inertial parameters identified on the machine.
+/// From a robot description to an exact symbolic model, generated code, and inertial parameters identified from logs of the robot.
 ///
 /// >>> estimate = rist.identify("arm.urdf", "log.csv")
 /// >>> estimate.verdict, estimate["ZZR_elbow"]

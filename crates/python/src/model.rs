@@ -24,12 +24,12 @@ use crate::evaluate::{Array, Evaluations, OptionalArgument, by_keyword, evaluate
 use crate::html;
 use crate::work::alone;
 
-/// A robot and what follows from it: base parameters, regressors, torques, source.
+/// A robot and the functions that follow from its description: base parameters, regressors, torques, source code.
 ///
-/// `Model(path)` reads a description (.yaml, .urdf, .xacro, .xml of MuJoCo, .par) and derives its dynamics; `Model.read` is the same. Functions of the state take arrays
-/// of shape (N, n), one state per row and one column per coordinate, or (n,) for one state: q in rad (m of a joint that slides),
-/// dq in rad/s, ddq in rad/s^2; absent rates are zero. They release the interpreter lock. float64 arrays row by row are not
-/// copied.
+/// `Model(path)` reads a description (.yaml, .urdf, .xacro, .xml of MuJoCo, .par) and derives its dynamics, in the same way as
+/// `Model.read`. Functions of the state take arrays of shape (N, n), one state per row and one column per coordinate, or (n,)
+/// for one state: q in rad (m for a prismatic joint), dq in rad/s, ddq in rad/s^2. If dq or ddq is missing, it is zero. These
+/// functions release the interpreter lock. They do not copy float64 arrays in row-major order.
 ///
 /// >>> model = rist.Model("models/panda.yaml")
 /// >>> y = model.base_regressor(q, dq, ddq)     # (N, n, p)
@@ -173,8 +173,8 @@ impl Model {
         Model::read(py, path, options)
     }
 
-    /// Reads a description (.yaml, .urdf, .xacro, .xml of MuJoCo, .par) and derives its dynamics. Angles that are taken for others are a warning.
-    /// Raises rist.Error with the place of what cannot be read.
+    /// Reads a description (.yaml, .urdf, .xacro, .xml of MuJoCo, .par) and derives its dynamics. A warning names the angles of
+    /// the file that are read as other angles (see angles). Raises rist.Error with the place that cannot be read.
     ///
     /// Options:
     /// - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
@@ -205,7 +205,7 @@ impl Model {
         Model::derive(py, text, path, options)
     }
 
-    /// Reads a description from a text; `name` ends in .yaml, .urdf or .par, which is its format, and is used in messages.
+    /// Reads a description from a text. `name` is used in messages, and its ending (.yaml, .urdf or .par) gives the format.
     ///
     /// Options:
     /// - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
@@ -240,7 +240,7 @@ impl Model {
         &self.inner.robot.name
     }
 
-    /// The file it was read from.
+    /// The file from which the description was read.
     #[getter]
     fn path(&self) -> PathBuf {
         self.inner.path.clone()
@@ -258,14 +258,14 @@ impl Model {
         BaseParameters::of(slf.clone().unbind())
     }
 
-    /// Names of the standard parameters, in the order of the columns of `regressor`: XX XY XZ YY YZ ZZ MX MY MZ M of each
-    /// link about its frame (kg m^2, kg m, kg), IA where a joint has a rotor.
+    /// Names of the standard parameters, in the order of the columns of `regressor`: XX XY XZ YY YZ ZZ MX MY MZ M of each link
+    /// about the origin of its frame (kg m^2, kg m, kg), and IA of each joint with a rotor inertia.
     #[getter]
     fn standard_parameters(&self) -> Vec<String> {
         standard_names(&self.inner)
     }
 
-    /// Nominal base parameters, from the inertials of the description, (p,); None where it has none.
+    /// Nominal base parameters, (p,), from the inertial parameters of the description; None if the description has none.
     #[getter]
     fn nominal_parameters<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
         self.inner.nominal_parameters().map(|x| array(py, &[x.len()], &x)).transpose()
@@ -278,7 +278,7 @@ impl Model {
         self.nominal_parameters(py)
     }
 
-    /// Whether the base regressor is compiled into this package; other robots are evaluated by tape.
+    /// Whether the base regressor is compiled into this package. Otherwise it is evaluated from a list of operations (a tape).
     #[getter]
     fn is_compiled(&self) -> bool {
         self.inner.is_compiled()
@@ -292,15 +292,16 @@ impl Model {
 
     /// Y(q, dq, ddq) of the base parameters, tau = Y X: shape (N, n, p), N m (N) per unit of the parameter.
     ///
-    /// reshape(-1, p) makes the observation matrix of it without a copy.
+    /// reshape(-1, p) gives the observation matrix without a copy.
     #[pyo3(signature = (q, dq=None, ddq=None))]
     fn base_regressor(&self, q: &Array, dq: OptionalArgument, ddq: OptionalArgument) -> PyResult<Py<PyAny>> {
         self.one("base-regressor", [Some(q), dq, ddq], None, &[])
     }
 
-    /// The joint torques without friction, shape (N, n), N m (N of a joint that slides).
+    /// The joint torques without friction, shape (N, n), N m (N for a prismatic joint).
     ///
-    /// parameters: p base or p_s standard ones, or an Estimate; without them those of the description.
+    /// parameters: p base parameters, p_s standard parameters, or an Estimate. Without this argument, the parameters of the
+    /// description are used.
     #[pyo3(signature = (q, dq=None, ddq=None, parameters=None))]
     fn torque(
         &self,
@@ -312,32 +313,33 @@ impl Model {
         self.one("inverse-dynamics", [Some(q), dq, ddq], parameters, &[])
     }
 
-    /// The inertia matrix A(q), shape (N, n, n), kg m^2; parameters as of `torque`.
+    /// The inertia matrix A(q), shape (N, n, n), kg m^2; parameters as for `torque`.
     #[pyo3(signature = (q, parameters=None))]
     fn inertia_matrix(&self, q: &Array, parameters: OptionalArgument) -> PyResult<Py<PyAny>> {
         self.one("inertia-matrix", [Some(q), None, None], parameters, &[])
     }
 
-    /// Coriolis, centrifugal and gravity torques, shape (N, n), N m (N); parameters as of `torque`.
+    /// Coriolis, centrifugal and gravity torques, shape (N, n), N m (N); parameters as for `torque`.
     #[pyo3(signature = (q, dq=None, parameters=None))]
     fn bias(&self, q: &Array, dq: OptionalArgument, parameters: OptionalArgument) -> PyResult<Py<PyAny>> {
         self.one("bias", [Some(q), dq, None], parameters, &[])
     }
 
-    /// Gravity torques, shape (N, n), N m (N); parameters as of `torque`.
+    /// Gravity torques, shape (N, n), N m (N); parameters as for `torque`.
     #[pyo3(signature = (q, parameters=None))]
     fn gravity(&self, q: &Array, parameters: OptionalArgument) -> PyResult<Py<PyAny>> {
         self.one("gravity", [Some(q), None, None], parameters, &[])
     }
 
-    /// Kinetic and potential energy, shape (N, 2), J; parameters as of `torque`. With base parameters the potential one is
-    /// determined up to a constant.
+    /// Kinetic and potential energy, shape (N, 2), J; parameters as for `torque`. With base parameters, the potential energy is
+    /// determined only up to a constant.
     #[pyo3(signature = (q, dq=None, parameters=None))]
     fn energy(&self, q: &Array, dq: OptionalArgument, parameters: OptionalArgument) -> PyResult<Py<PyAny>> {
         self.one("energies", [Some(q), dq, None], parameters, &[])
     }
 
-    /// The accelerations that torques give, without friction, shape (N, n), rad/s^2 (m/s^2); parameters as of `torque`.
+    /// The accelerations that follow from the torques tau, without friction, shape (N, n), rad/s^2 (m/s^2); parameters as for
+    /// `torque`.
     #[pyo3(signature = (q, dq, tau, parameters=None))]
     fn forward_dynamics(
         &self,
@@ -349,7 +351,8 @@ impl Model {
         self.one("forward-dynamics", [Some(q), dq, None], parameters, &[("tau", tau)])
     }
 
-    /// Derivatives of the torques by q and dq, each (N, n, n), N m per rad and per rad/s; that by ddq is the inertia matrix.
+    /// Derivatives of the torques with respect to q and to dq, each (N, n, n), N m per rad and N m per rad/s. The derivative
+    /// with respect to ddq is the inertia matrix.
     #[pyo3(signature = (q, dq=None, ddq=None, parameters=None))]
     fn torque_derivatives(
         &self,
@@ -361,7 +364,7 @@ impl Model {
         self.several("inverse-dynamics-derivatives", [Some(q), dq, ddq], parameters, &[])
     }
 
-    /// Derivatives of the accelerations by q, dq and tau, each (N, n, n).
+    /// Derivatives of the accelerations with respect to q, dq and tau, each (N, n, n).
     #[pyo3(signature = (q, dq, tau, parameters=None))]
     fn forward_dynamics_derivatives(
         &self,
@@ -373,22 +376,22 @@ impl Model {
         self.several("forward-dynamics-derivatives", [Some(q), dq, None], parameters, &[("tau", tau)])
     }
 
-    /// Orientation and position of a link, (N, 3, 4), in the base frame or in that of another link.
+    /// Orientation and position of a link, (N, 3, 4), in the base frame, or in the frame of another link.
     #[pyo3(signature = (link, q, frame=None))]
     fn pose(&self, link: &str, q: &Array, frame: Option<&str>) -> PyResult<Py<PyAny>> {
         self.one(&of_link("pose", link, frame), [Some(q), None, None], None, &[])
     }
 
-    /// Jacobian of a link, (N, 6, n): velocity of its origin, then angular velocity, in its own axes, or in those of another
-    /// link or of "base".
+    /// Jacobian of a link, (N, 6, n): the velocity of its origin, then its angular velocity. The axes are the axes of the link
+    /// itself, or with `frame` the axes of another link or of "base".
     #[pyo3(signature = (link, q, frame=None))]
     fn jacobian(&self, link: &str, q: &Array, frame: Option<&str>) -> PyResult<Py<PyAny>> {
         self.one(&of_link("jacobian", link, frame), [Some(q), None, None], None, &[])
     }
 
-    /// Any function of `rist generate` by its name ("coriolis-matrix", "velocity=LINK", "inverse-geometry=LINK", ..): its
-    /// output, or a dict of them by name. What it needs beside q, dq, ddq and parameters is given by keyword, a row per
-    /// state: tau=, wrench=, point=, t=, dq_r=, ddq_r=.
+    /// Any function of `rist generate` by its name ("coriolis-matrix", "velocity=LINK", "inverse-geometry=LINK", ..). Returns
+    /// the output, or a dict of outputs by name if there are several. Inputs other than q, dq, ddq and parameters are given by
+    /// keyword, one row per state: tau=, wrench=, point=, t=, dq_r=, ddq_r=.
     #[pyo3(signature = (function, q=None, dq=None, ddq=None, parameters=None, **others))]
     fn evaluate<'py>(
         &self,
@@ -415,10 +418,12 @@ impl Model {
 
     /// Source of the base regressor and of `functions` ("inverse-dynamics", "pose=LINK", ..), as `rist generate` writes it.
     ///
-    /// language="rust": the text. language="c": the texts of source and header, the header under the name `header`.
-    /// estimate: an Estimate of this model, whose numbers stand in the source as the constants X and F; one whose verdict is
-    /// no is refused, unless anyway=True.
-    /// symbols: lengths, angles and components of gravity that stay open, as an argument `symbols` of all functions.
+    /// language="rust": returns the text. language="c": returns the texts of the source and of the header; `header` is the name
+    /// of the header.
+    /// estimate: an Estimate of this model. Its numbers are written into the source as the constants X and F. An estimate whose
+    /// verdict is no is refused, unless anyway=True.
+    /// symbols: lengths, angles and components of gravity that are not fixed, but given in an argument `symbols` of all
+    /// functions.
     #[pyo3(signature = (language="rust", functions=Vec::new(), header=None, *, estimate=None, anyway=false, symbols=Vec::new()))]
     fn generate<'py>(
         &self,
@@ -475,12 +480,13 @@ impl Model {
         page.and_then(|page| html::frame(&page)).unwrap_or_else(|| self.rules_table())
     }
 
-    /// Writes the page of `rist inspect`: the robot with its frames, its base parameters, their meanings and rules.
+    /// Writes the HTML page of `rist inspect`: the robot with its frames, and the base parameters with their meanings and
+    /// rules.
     fn report(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         save(&path, &alone(py, || self.page())?.or_error()?, &[&self.inner.path])
     }
 
-    /// What `rist inspect --format json` prints, as dicts, lists, texts and numbers.
+    /// The output of `rist inspect --format json`, as dicts, lists, texts and numbers.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let path = &self.inner.path;
         let found = || {
@@ -490,7 +496,7 @@ impl Model {
         object(py, &alone(py, found)?.map_err(|e: rist::Error| error(e))?)
     }
 
-    /// Models are equal whose description is the same text, read with the same options.
+    /// Two models are equal if their descriptions are the same text, read with the same options.
     fn __eq__(&self, other: &Bound<'_, Model>) -> bool {
         let other = other.get();
         self.text == other.text && self.options.given() == other.options.given()

@@ -34,9 +34,9 @@ struct Answer {
 
 type Answers = Receiver<Result<Option<Answer>, rist::Error>>;
 
-/// Observer of the external torque, load and drift, a sample at a time, as a robot runs them.
+/// Observer of the external torque, load and drift of friction. It takes one sample at a time, as on a robot.
 ///
-/// model, estimate: as of `replay`. period: time between samples, s.
+/// model, estimate: as for `replay`. period: time between samples, s.
 ///
 /// >>> monitor = rist.Monitor("arm.urdf", estimate, period=0.002)
 /// >>> for cycle in (monitor.step(t, q, dq, tau) for t, q, dq, tau in robot): ...
@@ -101,13 +101,14 @@ impl Monitor {
         Ok(Monitor { coordinates, ends: Mutex::new((send, receive)) })
     }
 
-    /// Takes a sample. t: s; q, dq, tau: position, velocity and torque of the motor of each coordinate, SI units.
+    /// Takes a sample. t: time, s. q, dq, tau: position, velocity and torque of the motor of each coordinate, SI units.
     ///
-    /// Returns a dict: t; torque and beyond, the external torque with and without that of the load, and band, the limit of beyond
-    /// without contact, arrays in N m (N); contact; last_joint, whose link or a later one is touched; wrench, the force and moment on
-    /// `wrench_on`, None for a component that is not determined; mass (kg); sigma, of the mass; parameters of the load; changes, how
-    /// often the load has changed; candidate, the mass and its sigma that would explain the present contact as a load, else None.
-    /// None if the sample is not used: NaN, or a time that does not increase.
+    /// Returns a dict. t: time, s. torque: the external torque; beyond: the external torque without the torque of the load;
+    /// band: the limit of beyond without contact; these are arrays in N m (N). contact: whether there is contact. last_joint:
+    /// the link of this joint, or a later link, is touched. wrench: force and moment on `wrench_on`, None for a component that
+    /// is not determined. mass: mass of the load, kg; sigma: its standard deviation. parameters: of the load. changes: how
+    /// often the load has changed. candidate: mass and its standard deviation if the present contact is a load, kg; else None.
+    /// Returns None if the sample is not used, because it has NaN or its time does not increase.
     fn step<'py>(
         &self,
         py: Python<'py>,

@@ -19,14 +19,14 @@ use crate::work::alone;
 artefact! {
     ExperimentPlan,
     rist::motion::planning::ExperimentPlan,
-    "Experiments to run for identification by spectrum analysis, with what they promise.",
+    "Experiments for identification by spectrum analysis, with the accuracy that they promise.",
     /// Names of the experiments: their logs are e01.csv, ..
     #[getter]
     fn names(&self) -> Vec<String> {
         self.inner.experiments.iter().map(|e| e.name.clone()).collect()
     }
-    /// Writes each motion for a controller to play into a directory, sampled at `rate` Hz: "csv", or a JointTrajectory of ROS
-    /// as "yaml" or "json".
+    /// Writes each motion into a directory, as a file that a controller can play, sampled at `rate` Hz: "csv", or a
+    /// JointTrajectory of ROS as "yaml" or "json".
     #[pyo3(signature = (directory, rate, format="csv"))]
     fn write_trajectories(&self, directory: PathBuf, rate: f64, format: &str) -> PyResult<()> {
         let formats = [TrajectoryFormat::Csv, TrajectoryFormat::RosYaml, TrajectoryFormat::RosJson];
@@ -43,8 +43,8 @@ artefact! {
         }
         Ok(())
     }
-    /// Writes one self-contained HTML page. With its model, or the path of its description, the limits of each experiment and the
-    /// worth of the plan are proved anew; without one the page shows the statements of the file.
+    /// Writes one self-contained HTML page. With the model, or the path of its description, the limits of each experiment and
+    /// the guaranteed efficiency of the plan are proved again. Without a model, the page shows the statements of the file.
     #[pyo3(signature = (path, date=None, model=None))]
     fn report(
         &self,
@@ -98,24 +98,25 @@ impl ExperimentPlan {
 artefact! {
     ExcitingMotion,
     rist::motion::exciting::ExcitingMotion,
-    "One motion of all joints that makes the parameters visible, with the proof that it keeps its limits.",
-    /// Whether all that is looked at is proven, between samples too, and all that was asked for is looked at.
+    "One motion of all joints that excites the parameters, with the proof that it keeps its limits.",
+    /// Whether every checked limit is proven, also between the samples, and every requested check was possible.
     #[getter]
     fn proven(&self) -> bool {
         self.inner.proven
     }
-    /// Sentences on what the description does not say and was assumed.
+    /// Assumptions about what the description does not say, as sentences.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.inner.notes.clone()
     }
-    /// Condition number of the scaled columns that the motion makes visible.
+    /// Condition number of the scaled columns of the parameters that the motion excites.
     #[getter]
     fn condition_number(&self) -> f64 {
         self.inner.condition_number
     }
-    /// Writes one self-contained HTML page: the motion within its limits, the path of the tip, what it makes visible. A motion
-    /// out of a file is drawn in full with its model, or the path of its description, and its limits are proved anew.
+    /// Writes one self-contained HTML page: the motion within its limits, the path of the tip, and the parameters that the
+    /// motion excites. For a motion from a file, give its model, or the path of the description: only then is everything drawn,
+    /// and the limits are proved again.
     #[pyo3(signature = (path, date=None, model=None))]
     fn report(
         &self,
@@ -132,8 +133,8 @@ artefact! {
         };
         save(&path, &page.or_error()?.0, &[])
     }
-    /// Writes the motion for a controller to play; the end of the name chooses the format: .csv, .yaml or .json (ROS
-    /// JointTrajectory), .script (URScript servoj). Raises rist.Error where its limits are not proven, unless unproven=True.
+    /// Writes the motion for a controller to play. The end of the file name selects the format: .csv, .yaml or .json (ROS
+    /// JointTrajectory), .script (URScript servoj). Raises rist.Error if the limits are not proven, unless unproven=True.
     #[pyo3(signature = (path, unproven=false, model=None))]
     fn write_play(&self, path: PathBuf, unproven: bool, model: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let model = model.map(Model::of).transpose()?;
@@ -149,8 +150,8 @@ artefact! {
         let player = PlayFormat::of_file(&path, model).or_error()?;
         save(&path, &player.text(&self.inner).or_error()?, &[&model.path])
     }
-    /// Draws positions and velocities over time, with the limits of the positions. Axes of matplotlib, or a rist.Picture of
-    /// the page where that is not there.
+    /// Draws positions and velocities over time, with the limits of the positions. Returns axes of matplotlib; without
+    /// matplotlib, a rist.Picture of the page.
     fn plot<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("rist._plot")?.call_method1("motion", (slf,))
     }
@@ -158,7 +159,7 @@ artefact! {
     fn _pictures(&self) -> PyResult<Vec<(String, String)>> {
         Ok(self.page_with(None, self.shown()).or_error()?.1)
     }
-    /// Positions to play at `rate_hz`: a text of CSV.
+    /// The motion to play, sampled at `rate_hz`, as a text in CSV.
     fn trajectory(&self) -> PyResult<String> {
         let names: Vec<String> = self.inner.joints.iter().map(|j| j.coordinate.clone()).collect();
         let reference = self.inner.motion("the motion").or_error()?.reference();

@@ -18,7 +18,8 @@ pub fn _run_program(py: Python<'_>, words: Vec<OsString>) -> u8 {
     py.detach(|| catch_unwind(|| cli::run_program(words)).unwrap_or(PANIC_EXIT_CODE))
 }
 
-/// Writes a robot and two logs of it into a directory, to try rist with: ur5.urdf, log.csv and other.csv. Returns their paths.
+/// Writes a robot description and two logs of the robot into a directory, to try rist: ur5.urdf, log.csv and other.csv. Returns
+/// their paths.
 ///
 /// >>> robot, log, other = rist.example()
 /// >>> rist.identify(robot, log, validate=other)

@@ -19,13 +19,13 @@ use crate::logs::{logs, open};
 use crate::model::Model;
 use crate::work::work;
 
-/// Contact, loads and drift of friction in a log, cycle by cycle, as a robot would find them.
+/// Finds contact, loads and drift of friction in a log, cycle by cycle, in the same way as on the robot.
 ///
-/// model: the one of the estimate, a path too. log as of `identify`. The estimate should hold its covariance.
+/// model: the Model of the estimate, or its path. log: as for `identify`. The estimate should contain its covariance.
 ///
-/// Returns a dict: contacts, loads and joints, lists of dicts; threshold, in standard deviations; series, a dict of arrays over
-/// the cycles: t (s), torque and beyond (external torque with and without that of the load, N m), band (the limit of beyond
-/// without contact), contact, mass (kg); page, HTML; and text, what the program prints.
+/// Returns a dict. contacts, loads, joints: lists of dicts. threshold: in standard deviations. series: a dict of arrays over
+/// the cycles, with t (s), torque (external torque, N m), beyond (external torque without the torque of the load, N m), band
+/// (the limit of beyond without contact), contact, mass (kg). page: HTML. text: what the program prints.
 ///
 /// >>> rist.replay("arm.urdf", estimate, "log.csv")["contacts"]
 ///

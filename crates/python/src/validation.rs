@@ -21,13 +21,13 @@ use crate::work::work;
 artefact! {
     Validation,
     rist::Validation,
-    "How well an estimate predicts logs it was not made from.",
-    /// |tau - tau_predicted| / |tau| over all joints and logs.
+    "How well an estimate predicts logs from which it was not made.",
+    /// Relative error |tau - tau_predicted| / |tau| over all joints and logs.
     #[getter]
     fn total(&self) -> f64 {
         self.inner.total
     }
-    /// One joint a row: a dict of columns (coordinate, relative, rms, unit).
+    /// Errors of the joints: a dict of columns (coordinate, relative, rms, unit), one row per joint.
     #[getter]
     fn joints<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (joints, table) = (&self.inner.joints, PyDict::new(py));
@@ -37,8 +37,7 @@ artefact! {
         table.set_item("unit", joints.iter().map(|j| j.unit.to_string()).collect::<Vec<_>>())?;
         Ok(table)
     }
-    /// Draws the relative errors by joint and by log. Axes of matplotlib, or a rist.Picture where
-    /// that is not there.
+    /// Draws the relative errors by joint and by log. Returns axes of matplotlib; without matplotlib, a rist.Picture.
     fn plot<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("rist._plot")?.call_method1("validation", (slf,))
     }
@@ -77,10 +76,11 @@ impl Validation {
     }
 }
 
-/// Predicts logs with an estimate and compares: a Validation and a Verdict. rist.TrustWarning where that says no.
+/// Predicts logs with an estimate, and compares measured and predicted torques. Returns a Validation and a Verdict. If the
+/// verdict is no, a rist.TrustWarning says so.
 ///
-/// model: the one of the estimate, a path too. logs as of `identify`. For an estimate of experiments, logs are the paths of motions, and gain={"q1": 2.4} (N m/A) and
-/// cutoff (Hz, 20) can be given.
+/// model: the Model of the estimate, or its path. logs: as for `identify`. For an estimate from the experiments of a plan, logs
+/// are the paths of motions, and you can give gain={"q1": 2.4} (N m/A) and cutoff (Hz, default 20).
 ///
 /// Options:
 /// - gain: Torque per unit of current of a drive, N m/A [default: that of the estimate, that of the file, or 1]

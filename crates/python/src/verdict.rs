@@ -45,19 +45,19 @@ impl Verdict {
         self.said.inner.trust.word()
     }
 
-    /// The answer for each use, by its name.
+    /// The verdict for each use, by the name of the use: "yes", "with care" or "no".
     #[getter]
     fn uses(&self) -> BTreeMap<&str, &str> {
         self.said.inner.uses.iter().map(|u| (u.name.as_str(), u.trust.word())).collect()
     }
 
-    /// How unsure the torque is for each use, relative, by its name; None where that is not known.
+    /// Relative uncertainty of the torque for each use, by the name of the use; None if it is not known.
     #[getter]
     fn torque_errors(&self) -> BTreeMap<&str, Option<f64>> {
         self.said.inner.uses.iter().map(|u| (u.name.as_str(), u.error)).collect()
     }
 
-    /// All that was claimed, each with its evidence.
+    /// All claims that were checked, each with its evidence.
     #[getter]
     fn claims(&self) -> Vec<String> {
         all_spelled(&self.said.claims)
@@ -69,13 +69,13 @@ impl Verdict {
         &self.said.inner.found
     }
 
-    /// Why, the weightiest reason first.
+    /// The reasons of the verdict, the most important first.
     #[getter]
     fn reasons(&self) -> Vec<String> {
         all_spelled(&self.said.inner.reasons)
     }
 
-    /// What to do now.
+    /// The next step: what to do now.
     #[getter]
     fn next(&self) -> String {
         for_python(&self.said.inner.next)

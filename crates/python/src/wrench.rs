@@ -12,17 +12,17 @@ use crate::error::{error, for_python};
 use crate::logs::logs;
 use crate::work::work;
 
-/// The load behind a force-torque sensor, from a log of it: forces and torques in the axes of the sensor, and its poses in a
-/// frame at rest whose z points up.
+/// Identifies the load on a force-torque sensor from a log: forces and torques in the axes of the sensor, and poses of the
+/// sensor in a frame at rest whose z axis points up.
 ///
-/// log: a path (CSV, .npz, Arrow, Parquet, MCAP, a rosbag2 directory), a dict of arrays, or a table with __arrow_c_stream__ (pandas,
-/// polars, pyarrow). Columns are found by their names: fx fy fz tx ty tz, x y z, qx qy qz qw or roll pitch yaw. Without a clock
-/// each row is a posture at rest. options: a path to YAML, its text, or its content as a dict.
+/// log: a path (CSV, .npz, Arrow, Parquet, MCAP, a rosbag2 directory), a dict of arrays, or a table with __arrow_c_stream__
+/// (pandas, polars, pyarrow). Columns are found by their names: fx fy fz tx ty tz, x y z, qx qy qz qw or roll pitch yaw.
+/// Without a clock, each row is a posture at rest. options: a path to YAML, its text, or its content as a dict.
 ///
-/// Returns a dict: parameters, in and about the frame of the sensor; body, the mass, the centre of mass and the inertia about
-/// it, None where the log does not tell a body that can exist; offsets; is_reaction, whether the sensor gives what the load does
-/// to it; residuals, N and N m; rows, left_out; verdict, with trust, reasons, next and claims; and text, what the program prints.
-/// body is None too where trust is "no".
+/// Returns a dict. parameters: in the frame of the sensor, about its origin. body: mass, centre of mass, and inertia about the
+/// centre of mass; None if the log does not determine a body that can exist, or if trust is "no". offsets: of the sensor.
+/// is_reaction: whether the sensor gives the force of the load on the sensor. residuals: N and N m. rows, left_out. verdict:
+/// with trust, reasons, next and claims. text: what the program prints.
 ///
 /// >>> rist.wrench("log.csv")["body"]
 ///

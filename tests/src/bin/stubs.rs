@@ -88,23 +88,23 @@ impl Function {
 
 fn functions() -> Vec<Function> {
     let progress =
-        || Keyword::own("progress", "Progress | None", "None", "Called with (done, all, text) as work goes on");
+        || Keyword::own("progress", "Progress | None", "None", "Called with (done, all, text) during the work");
     let estimate = |name: &str, doc: &str| Keyword::own(name, "Estimate | None", "None", doc);
     let all: Vec<Field> = Method::all().flat_map(Method::fields).chain(MethodRequest::fields()).collect();
     let of_identify = vec![
-        Keyword::own("loaded", "Logs", "()", "Logs with a load on the last link, which is identified too"),
-        Keyword::own("validate", "Logs", "()", "Logs that are predicted, not fitted, for the verdict"),
-        Keyword::own("plan", "ExperimentPlan | Path | None", "None", "The plan behind the logs"),
+        Keyword::own("loaded", "Logs", "()", "Logs with a load on the last link; the load is identified too"),
+        Keyword::own("validate", "Logs", "()", "Logs that are not fitted, but predicted, for the verdict"),
+        Keyword::own("plan", "ExperimentPlan | Path | None", "None", "The plan whose experiments are in the logs"),
     ];
     let rotors = ModelOptions::fields().into_iter().find(|field| field.name == "rotor_inertia");
     let of_identify = of_identify.into_iter().chain(rotors.as_ref().map(Keyword::of_field)).collect();
     let of_simulate = vec![
-        Keyword::own("out", "Path | None", "None", "The directory that the logs are written to"),
-        estimate("feedforward", "Of which the controller computes its torques"),
+        Keyword::own("out", "Path | None", "None", "Directory to which the logs are written"),
+        estimate("feedforward", "Estimate from which the controller computes feedforward torques"),
         progress(),
     ];
-    let after = estimate("after", "The motion shows what this estimate leaves open");
-    let proved_after = estimate("after", "Efforts and powers are proved with its torques instead of the description's");
+    let after = estimate("after", "The motion excites the parameters that this estimate leaves uncertain");
+    let proved_after = estimate("after", "The torques in the proofs of effort and power follow from this estimate");
     let of_check = [CheckRequest::fields(), PointsFiles::fields()].concat();
     vec![
         Function::new("Model.__init__", "model.rs", &ModelOptions::fields(), Vec::new()),

@@ -68,7 +68,7 @@ const CONVERTED: [(&str, &str, &str); 1] = [("a compiled model of MuJoCo", "arm.
 /// Logs with two joints j1, j2: (kind, header line of a CSV, needed options).
 const LOGS: [(&str, &str, &str); 15] = [
     ("columns by number", "t,q1,q2,tau1,tau2", ""),
-    ("columns by joint, as of ROS", "time,j1/position,j2/position,j1/effort,j2/effort", ""),
+    ("columns by joint, as in ROS", "time,j1/position,j2/position,j1/effort,j2/effort", ""),
     ("columns counted from 0, currents", "timestamp,actual_q_0,actual_q_1,actual_current_0,actual_current_1", ""),
     ("units in brackets", "t [s],q1 [°],q2 [°],tau1 [Nm],tau2 [Nm]", ""),
     ("names with a prefix", "t,position_left_j1,position_left_j2,effort_left_j1,effort_left_j2", ""),
@@ -95,14 +95,15 @@ const LOGS: [(&str, &str, &str); 15] = [
         "time,motor_state[0].q,motor_state[1].q,motor_state[0].tau_est,motor_state[1].tau_est",
         "columns: {position: \"motor_state[{}].q\", torque: \"motor_state[{}].tau_est\"}",
     ),
-    ("a joint that something else moves", "t,q_j1,q_j2,x,tau_j2", "columns: {prescribed: [j1]}"),
-    ("a joint that nothing drives", "t,q_j1,q_j2,x,tau_j2", "columns: {free: [j1]}"),
+    ("a joint that another mechanism moves", "t,q_j1,q_j2,x,tau_j2", "columns: {prescribed: [j1]}"),
+    ("a joint without a drive", "t,q_j1,q_j2,x,tau_j2", "columns: {free: [j1]}"),
     ("no header", "", "columns: {time: c1, position: [c2, c3], torque: [c4, c5]}"),
 ];
 
 /// Table of the readers of each log format. It checks that README and docs/identification.md name each format.
 fn readers() -> String {
-    let mut table = String::from("\n| logs in | are read by |\n|---|---|\n");
+    let mut table =
+        String::from("\nA wing is an optional package of rist.\n\n| format of the log | read by |\n|---|---|\n");
     let foreign = foreign::wing().log_formats;
     for name in logs::format_names() {
         let reader = match name {
@@ -117,7 +118,7 @@ fn readers() -> String {
             assert!(text(page).contains(word), "{page} lacks {word}");
         }
     }
-    table + "\nWhat the features take of a cold build stands with the readers in ARCHITECTURE.md.\n"
+    table + "\nARCHITECTURE.md says with the readers how much of the build time each feature takes.\n"
 }
 
 fn joints() -> [String; 2] {
@@ -137,8 +138,8 @@ fn table(head: &str) -> Table {
 fn the_page_says_what_each_kind_takes() {
     register_wings();
     let mut page = String::from(
-        "# What is read\n\nMade by tests/tests/program/what_is_read.rs, which reads an example of each kind with what stands here, and \
-         finds that it is not read with less.\n\n| description | takes |\n|---|---|\n",
+        "# What is read\n\nThe test tests/tests/program/what_is_read.rs writes this page. It reads an example of each kind with the options \
+         in the table, and checks that the example is not read correctly with fewer options.\n\n| description | needed options |\n|---|---|\n",
     );
     for (kind, file, text, floats) in DESCRIPTIONS {
         let read =
@@ -147,16 +148,16 @@ fn the_page_says_what_each_kind_takes() {
         if let Err(error) = read(floats) {
             panic!("{kind}: {error}");
         }
-        page += &format!("| {kind} | {} |\n", if floats { "`--floating-base`" } else { "nothing" });
+        page += &format!("| {kind} | {} |\n", if floats { "`--floating-base`" } else { "none" });
     }
     for (kind, file, tool) in CONVERTED {
         let refused = parse_with("<robot/>", Path::new(file), ReadOptions::default()).unwrap_err().to_string();
         assert!(refused.contains(tool.trim_matches('`')), "{kind}: {refused}");
-        page += &format!("| {kind} | another program first: {tool} |\n");
+        page += &format!("| {kind} | not read; first convert it with {tool} |\n");
     }
-    page += "\nA xacro takes `--arg NAME=VALUE` for arguments without a default, and `--package NAME=FOLDER` for each package that it \
-             includes from and that is not above its folder; what asks the machine (`$(env)`) is refused by its name.\n";
-    page += "\n| log | takes |\n|---|---|\n";
+    page += "\nA xacro also needs `--arg NAME=VALUE` for each argument without a default. It needs `--package NAME=FOLDER` for each \
+             package from which it includes files, if the package is not in a folder above the xacro. An expression that reads the environment (`$(env)`) is refused, and the message names it.\n";
+    page += "\n| log | needed options |\n|---|---|\n";
     for (kind, head, options) in LOGS {
         let table = table(head);
         let names =
@@ -166,10 +167,10 @@ fn the_page_says_what_each_kind_takes() {
         // Without options of `columns`, such a log cannot be read at all. Without options for units, it can be read, but with
         // wrong units.
         assert_eq!(bare.is_err(), options.starts_with("columns"), "{kind}");
-        let takes = if options.is_empty() { "nothing".into() } else { format!("`{options}`") };
+        let takes = if options.is_empty() { "none".into() } else { format!("`{options}`") };
         page += &format!("| {kind} | {takes} |\n");
     }
-    page += "\nCSV stands for every format of logs: gzip, zstd, `.npz`, `.mat`, Arrow, Parquet, data sets of LeRobot, MCAP and rosbag2 give such columns too. A clock of seconds and nanoseconds, and episodes that `episode_index` or the clock itself tells apart, take nothing. `rist columns \
+    page += "\nThe examples are CSV, but all formats of logs have such columns: gzip, zstd, `.npz`, `.mat`, Arrow, Parquet, data sets of LeRobot, MCAP and rosbag2. No options are needed for a clock in two columns (seconds and nanoseconds), and for episodes that `episode_index` or the clock separates. `rist columns \
              ROBOT LOG` proposes the options, with reasons.\n";
     let trace = LOGS.iter().find(|log| log.0 == "a trace in German").expect("one of them");
     let trace = propose(&table(trace.1), &joints(), None);

@@ -20,22 +20,23 @@ use crate::terminal::{at_work, note, print_result};
 
 /// Calibrate the geometry of a robot from measured poses, points or distances
 ///
-/// One row a posture: joint positions, and x y z with qx qy qz qw or roll pitch yaw, or points x1 y1 z1 x2 .., or a distance.
-/// Base, tool and markers are unknown. Without a file it lists the base geometric parameters, or chooses postures to measure
-/// (--design). Exit code 1 where the result is not to be trusted.
+/// Each row of the table is a posture: joint positions, and x y z with qx qy qz qw or roll pitch yaw, or points x1 y1 z1 x2
+/// .., or a distance. The frames of base, tool and markers are unknown and are fitted too. Without a table, the command
+/// lists the base geometric parameters, or chooses postures to measure (--design). Exit code 1: the result is not to be
+/// trusted.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// Joint positions and measurements of postures
+    /// Table with joint positions and measurements of postures
     #[arg(value_name = "POSTURES")]
     postures: Option<PathBuf>,
 
     #[command(flatten)]
     request: Flags<CalibrateRequest>,
 
-    /// Estimate whose torques bend the joints, for --what stiffness
+    /// Estimate from which the torques that bend the joints are computed, for --what stiffness
     #[arg(long, value_name = "FILE")]
     estimate: Option<PathBuf>,
 
@@ -55,7 +56,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     write_ur: Option<PathBuf>,
 
-    /// Write the zeros as a table
+    /// Write the zeros of the joints as a table
     #[arg(long, value_name = "FILE")]
     write_zeros: Option<PathBuf>,
 }

@@ -18,25 +18,25 @@ use crate::model::ModelArguments;
 use crate::terminal::{at_work, print_result};
 use rist::output::{check_given_once, check_output};
 
-/// Add logs up into sums, for rist merge, rist solve and rist compare
+/// Reduce logs to a small file of sums, for rist merge, rist solve and rist compare
 ///
-/// The logs are read as rist identify reads them. All parts of one sum need the same cut-off. Give it, or take all
-/// settings of the first part with --like. Without either, it follows from the motion of all logs given here, which are
-/// then read twice.
+/// Sums contain what a fit needs of the logs, without their rows. The logs are read as by rist identify. All sums that will
+/// be merged need the same cut-off. Give --cutoff, or take all settings of other sums with --like. Without both, the
+/// cut-off follows from the motion of all logs given here, and these logs are then read twice.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// The logs, as rist identify takes them
+    /// Logs in any format of rist identify
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
 
-    /// The sums
+    /// File of sums to write
     #[arg(long, value_name = "FILE.tri")]
     out: PathBuf,
 
-    /// Take the settings of these sums: columns, cut-off, friction, transmission, gains, weights
+    /// Take the settings of this file of sums: columns, cut-off, friction, transmission, gains, weights
     #[arg(long, value_name = "FILE.tri", conflicts_with_all = ["cutoff", "order", "decimate", "delay", "friction", "weights", "options", "gain"])]
     like: Option<PathBuf>,
 

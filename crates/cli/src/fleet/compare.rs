@@ -14,16 +14,16 @@ use crate::fleet::read_sums;
 use crate::terminal::print_result;
 use rist::output::check_output;
 
-/// Say which parameters moved between sums: two robots, or two days of one
+/// Find parameters that changed between sums: of two robots, or of two days of one robot
 ///
-/// Exit code 1 where something moved.
+/// Exit code 1: something changed.
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// The sums that the others are held against
+    /// File of sums with which the other files are compared
     #[arg(value_name = "REFERENCE.tri")]
     reference: PathBuf,
 
-    /// The sums of the robots
+    /// Files of sums of the robots
     #[arg(required = true, value_name = "ROBOT.tri")]
     robots: Vec<PathBuf>,
 

@@ -12,14 +12,14 @@ use crate::fleet::accumulate::print_account;
 use crate::fleet::read_sums;
 use rist::output::check_output;
 
-/// Merge sums of rist accumulate: the same as one sum over all logs, in whatever order
+/// Merge sums of rist accumulate: the same as the sums of all logs, in any order
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// The parts
+    /// Files of sums to merge
     #[arg(required = true, value_name = "PART.tri")]
     parts: Vec<PathBuf>,
 
-    /// Their sum
+    /// File of sums to write
     #[arg(long, value_name = "FILE.tri")]
     out: PathBuf,
 }

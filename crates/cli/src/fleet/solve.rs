@@ -14,14 +14,14 @@ use crate::verdict::conclude;
 use rist::output::check_output;
 use rist::{Model, ModelOptions};
 
-/// Solve sums of rist accumulate: the estimate that rist identify makes of the same logs
+/// Compute an estimate from sums: the estimate of rist identify from the same logs
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// The sums
+    /// File of sums of rist accumulate or rist merge
     #[arg(value_name = "FILE.tri")]
     sums: PathBuf,
 
-    /// The description of the robot that the sums are of: how unsure torques are follows from it, use by use
+    /// The robot description of the sums. With it, the uncertainty of the torques is computed for each use
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
 

@@ -13,7 +13,7 @@ use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{at_work, print};
 
-/// Write functions of a robot as formulas, for reading or for an algebra system
+/// Write functions of a robot as formulas, for readers or for a computer algebra system
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]

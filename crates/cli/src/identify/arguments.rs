@@ -15,7 +15,7 @@ use crate::model::ModelArguments;
 
 /// Identify a robot's base parameters and friction from logs
 ///
-/// A log holds the time t and, for every coordinate, positions, torques or currents, and velocities where they were
+/// A log contains the time t and, for every coordinate, positions, torques or currents, and velocities if they were
 /// measured. Columns are found by their names (q1 or q_<coordinate>, dq.., tau.., i..).
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
         help = format!("The logs, fitted together: {}", rist::format_names().join(", ")),
         long_help = format!(
             "The logs, fitted together: {}, plain or in gzip or zstd\n\nlog.mcap#/topic names one of several topics of a \
-             recording. With --plan: the directory of its logs, one per experiment: e01.csv, ..",
+             recording. With --plan: the directory with one log per experiment: e01.csv, ..",
             rist::format_names().join(", ")
         )
     )]

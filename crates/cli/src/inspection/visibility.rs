@@ -16,12 +16,12 @@ use crate::flags::Flags;
 use crate::model::ModelArguments;
 use crate::terminal::{self, print_result};
 
-/// Say whether a motion or a log is exciting enough, for what, and what would tell more
+/// Predict what can be identified from a motion or a log, and what would improve it
 ///
-/// No torque is needed: the deviations to expect follow from the motion and from the noise. Taken are a motion of
-/// rist excite, a plan of rist plan, a JointTrajectory, and a log or another table. Positions of a table alone are
-/// differentiated as rist identify does by its defaults. For each purpose the joint stands there whose torques will be most
-/// unsure. A joint that uses little of its limits is named with the parameters that it keeps back.
+/// No torque is needed, because the expected standard deviations follow from the motion and the noise. FILE is a motion of
+/// rist excite, a plan of rist plan, a JointTrajectory, a log or another table. If a table has only positions, they are
+/// differentiated as by rist identify with its defaults. For each purpose, the output names the joint whose torque will be
+/// most uncertain. A joint that uses little of its limits is named together with the parameters that it keeps inaccurate.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]

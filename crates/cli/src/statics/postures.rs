@@ -18,14 +18,15 @@ use crate::terminal::print_result;
 
 /// Identify gravity parameters, zeros and mount from postures at rest
 ///
-/// The postures are the rows of a table without a clock, or the plateaus of a log. Without a file it lists the gravity
-/// parameters: all that a robot at rest can tell. Exit code 1 where signs, units or columns are wrong.
+/// The postures are the rows of a table without a clock, or the intervals of a log in which the robot stands still. Without
+/// a file, the command lists the gravity parameters; a robot at rest determines no others. Exit code 1: signs, units or
+/// columns are wrong.
 #[derive(Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// Positions and torques of postures, or a log that stands still now and then
+    /// Table with positions and torques of postures, or a log in which the robot stands still now and then
     #[arg(value_name = "POSTURES")]
     postures: Option<PathBuf>,
 

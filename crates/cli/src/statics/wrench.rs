@@ -15,9 +15,9 @@ use crate::terminal::print_result;
 
 /// Identify a load from a log of a force-torque sensor and its poses
 ///
-/// Forces and torques are in the axes of the sensor, poses in a frame at rest whose z points up. Columns are found by their
-/// names: fx fy fz tx ty tz, x y z, qx qy qz qw or roll pitch yaw, or those of RTDE. A table without a clock holds postures at
-/// rest. Exit code 1 where the load is not to be trusted.
+/// Forces and torques are in the axes of the sensor. Poses are in a frame at rest whose z axis points up. Columns are found
+/// by their names: fx fy fz tx ty tz, x y z, qx qy qz qw or roll pitch yaw, or the names of RTDE. In a table without a
+/// clock, each row is a posture at rest. Exit code 1: the load is not to be trusted.
 #[derive(Args)]
 pub(crate) struct Arguments {
     /// Log of the sensor

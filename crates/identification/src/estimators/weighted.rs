@@ -66,24 +66,24 @@ impl Weights {
     fn choice(self) -> WeightsChoice {
         match self {
             Weights::None => {
-                WeightsChoice { word: "none", method: "ordinary least squares", help: "all alike (OLS)", losses: &[] }
+                WeightsChoice { word: "none", method: "ordinary least squares", help: "all equal (OLS)", losses: &[] }
             }
             Weights::Joint => WeightsChoice {
                 word: "joint",
                 method: "least squares weighted by joint",
-                help: "by the residual of their joint (WLS)",
+                help: "rows weigh by the residual of their joint (WLS)",
                 losses: &[],
             },
             Weights::Huber => WeightsChoice {
                 word: "huber",
                 method: "robust least squares (Huber), weighted by joint",
-                help: "as joint, and less where they do not fit",
+                help: "as joint, but rows with large residuals weigh less",
                 losses: &[Loss::Huber],
             },
             Weights::Bisquare => WeightsChoice {
                 word: "bisquare",
                 method: "robust least squares (bisquare from Huber's), weighted by joint",
-                help: "as huber, and nothing where they do not fit at all",
+                help: "as huber, but rows with very large residuals weigh nothing",
                 losses: &[Loss::Huber, Loss::Bisquare],
             },
         }

@@ -1,10 +1,10 @@
-"""From a robot description to an exact symbolic model, generated code, and inertial parameters identified on the machine.
+"""From a robot description to an exact symbolic model, generated code, and inertial parameters identified from logs of the robot.
 
 >>> estimate = rist.identify("arm.urdf", "log.csv")
 >>> estimate.verdict, estimate["ZZR_elbow"]
 >>> estimate.plot()
 
-Everything stands on the library of Rust; `rist.Error` is what cannot be done, with the message of the program `rist`.
+The package uses the library in Rust. If something cannot be done, it raises `rist.Error` with the message of the program `rist`.
 """
 
 from ._plot import Picture
@@ -13,7 +13,7 @@ from ._rist import __version__, _accumulator, _base_parameters, _estimate, _log_
 
 
 def __getattr__(name):
-    """The former names of what is called otherwise; they go with the next version."""
+    """Former names of things that have a new name. The next version removes the former names."""
     if name != "Passport":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     import warnings

@@ -1,4 +1,4 @@
-"""From a robot description to an exact symbolic model, generated code, and inertial parameters identified on the machine."""
+"""From a robot description to an exact symbolic model, generated code, and inertial parameters identified from logs of the robot."""
 
 from os import PathLike
 from typing import Any, Callable, Iterator, Literal, Mapping, Protocol, Sequence, TypeAlias, overload
@@ -13,7 +13,7 @@ Path: TypeAlias = str | PathLike[str]
 Progress: TypeAlias = Callable[[int, int, str], object]
 
 class Frame(Protocol):
-    """What pandas, polars and pyarrow have."""
+    """A table of pandas, polars or pyarrow."""
 
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
 
@@ -21,22 +21,22 @@ Log: TypeAlias = Path | Mapping[str, Any] | Frame
 Logs: TypeAlias = Log | Sequence[Log]
 
 class Error(ValueError):
-    """Input that cannot be used, or data that speak against what was asked."""
+    """Input that cannot be used, or data that contradict the request."""
 
 class TrustWarning(UserWarning):
-    """A result that is not to be trusted: its verdict says no."""
+    """A result that is not to be trusted, because its verdict is no."""
 
 class Picture:
-    """Charts as SVG, for where matplotlib is not: a notebook shows them, `save` writes them."""
+    """Charts as SVG, used if matplotlib is not installed. A notebook shows the charts; `save` writes them."""
 
     charts: dict[str, str]
     def __init__(self, charts: Mapping[str, str]) -> None: ...
     def save(self, path: Path) -> None:
-        """Writes one chart to a file, or several into a directory, which is made where there is none."""
+        """Writes one chart to a file, or several charts into a directory, which is created if it does not exist."""
     def _repr_html_(self) -> str: ...
 
 class BaseParameters:
-    """The least set of parameters on which the torques depend."""
+    """The smallest set of parameters on which the torques depend."""
 
     @property
     def names(self) -> list[str]:
@@ -64,7 +64,7 @@ class BaseParameters:
     def _repr_html_(self) -> str: ...
 
 class Model:
-    """A robot and what follows from it; functions of the state take (N, n) or (n,) arrays: rad (m), rad/s, rad/s^2."""
+    """A robot and the functions of its state, which take arrays (N, n) or (n,): rad (m), rad/s, rad/s^2."""
 
     def __init__(
         self,
@@ -336,7 +336,7 @@ class Verdict:
     def _repr_html_(self) -> str: ...
 
 class Estimate:
-    """Identified parameters with their deviations, the residuals they leave, and what the data cannot tell."""
+    """Identified parameters with their standard deviations, the residuals, and what the data do not determine."""
 
     @staticmethod
     def read(path: Path, model: Model | Path | None = None) -> Estimate:
@@ -454,7 +454,7 @@ class Estimate:
         that was read from an MJCF is kept whole."""
 
 class Validation:
-    """How well an estimate predicts logs it was not made from."""
+    """How well an estimate predicts logs from which it was not made."""
 
     @staticmethod
     def read(path: Path) -> Validation:
@@ -485,7 +485,7 @@ class Validation:
         """Relative errors by log."""
 
 class ExperimentPlan:
-    """Experiments to run for identification by spectrum analysis, with what they promise."""
+    """Experiments for identification by spectrum analysis, with the accuracy that they promise."""
 
     @staticmethod
     def read(path: Path) -> ExperimentPlan:
@@ -513,7 +513,7 @@ class ExperimentPlan:
         worth of the plan are proved anew; without one the page shows the statements of the file."""
 
 class ExcitingMotion:
-    """One motion of all joints that makes the parameters visible, with the proof that it keeps its limits."""
+    """One motion of all joints that excites the parameters, with the proof that it keeps its limits."""
 
     @staticmethod
     def read(path: Path) -> ExcitingMotion:
@@ -550,7 +550,7 @@ class ExcitingMotion:
         the page where that is not there."""
 
 class LogCheck:
-    """What logs and a description have to do with each other."""
+    """The result of checking that logs belong to a description."""
 
     @property
     def findings(self) -> list[str]:
@@ -1019,7 +1019,7 @@ def replay(
       in its axes
     - anyway: Take the numbers even of an estimate whose verdict is no [default: False]"""
 class Monitor:
-    """Observer of the external torque, load and drift, a sample at a time, as a robot runs them."""
+    """Observer of the external torque, load and drift of friction, for one sample at a time."""
 
     def __init__(
         self,
@@ -1101,7 +1101,8 @@ def calibrate(
     - measured: What will be measured at these postures [default: 'pose']
     - options: YAML with the columns of the table, and with corrections of its numbers"""
 def example(directory: Path = "ur5") -> list[PathLike[str]]:
-    """Writes a robot and two logs of it into a directory, to try rist with: ur5.urdf, log.csv and other.csv. Returns their paths.
+    """Writes a robot description and two logs of the robot into a directory, to try rist: ur5.urdf, log.csv and other.csv. Returns
+    their paths.
 
     >>> robot, log, other = rist.example()
     >>> rist.identify(robot, log, validate=other)"""

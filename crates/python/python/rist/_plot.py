@@ -9,13 +9,13 @@ from ._rist import Error
 
 
 class Picture:
-    """Charts as SVG, for where matplotlib is not: a notebook shows them, `save` writes them."""
+    """Charts as SVG, used if matplotlib is not installed. A notebook shows the charts; `save` writes them."""
 
     def __init__(self, charts):
         self.charts = dict(charts)
 
     def save(self, path) -> None:
-        """Writes one chart to a file, or several into a directory, which is made where there is none."""
+        """Writes one chart to a file, or several charts into a directory, which is created if it does not exist."""
         path = pathlib.Path(path)
         if len(self.charts) == 1 and path.suffix:
             [svg] = self.charts.values()

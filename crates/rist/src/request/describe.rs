@@ -34,7 +34,7 @@ words! {
 }
 
 words! { Convention:
-    Symoro = "symoro" "in our link frames; the others in the joint frames of the file",
+    Symoro = "symoro" "in the link frames of rist; all other conventions use the joint frames of the file",
     Pinocchio = "pinocchio" "",
     Urdf = "urdf" "",
     Figaroh = "figaroh" "",
@@ -48,21 +48,22 @@ words! {
     /// The quantities that `rist evaluate` computes at given states.
     pub enum StateQuantity {
         /// Y_s, the regressor of the standard parameters.
-        Regressor = "regressor" "tau = Y X of the standard parameters",
+        Regressor = "regressor" "The matrix Y in tau = Y X, for the standard parameters X",
         /// Y, the regressor of the base parameters.
-        BaseRegressor = "base-regressor" "tau = Y X of the base parameters",
+        BaseRegressor = "base-regressor" "The matrix Y in tau = Y X, for the base parameters X",
         /// tau, the torque.
-        Torque = "torque" "The torque tau itself",
+        Torque = "torque" "The torque tau",
     }
 }
 
 request! {
     /// Options for showing the model of a robot.
     pub struct InspectRequest {
-        /// text is wrapped at the terminal's width, at 80 columns in a pipe; html lets one choose a base parameter or a link.
+        /// Format of the output. text is wrapped at the width of the terminal, or at 80 columns in a pipe. In html, you can
+        /// select a base parameter or a link.
         format: SheetFormat = SheetFormat::Text;
-        /// Write the rules in the standard parameters alone, however long they are [default: while all of them stay below
-        /// 200000 characters; beyond, they name the regrouped parameters of the next link].
+        /// Write the rules in the standard parameters only, however long they are [default: only if all rules together have at
+        /// most 200000 characters; otherwise the rules use the regrouped parameters of the next link].
         expand_rules: bool = false;
     }
 }
@@ -70,9 +71,9 @@ request! {
 request! {
     /// Options for a conversion; exactly one must be given.
     pub struct ConvertRequest {
-        /// Format to write.
+        /// Format of the new description.
         to: Option<DescriptionFormat> = None;
-        /// Instead, list the inertial parameters of every link by the names of a convention.
+        /// Instead of a description, list the inertial parameters of every link by the names of a convention.
         parameters: Option<Convention> = None, value_name("CONVENTION");
     }
 }
@@ -80,7 +81,7 @@ request! {
 request! {
     /// Selects what is computed at given states.
     pub struct EvaluateRequest {
-        /// What to compute; it has to be said.
+        /// The quantity to compute; required.
         quantity: Option<StateQuantity> = None;
     }
 }

@@ -19,9 +19,9 @@ words! {
     /// The family of functions of which a motion consists.
     pub enum MotionSeries {
         /// A finite Fourier series between blends: its periods can be averaged, and its spectrum is known.
-        Fourier = "fourier" "Whole periods of a few frequencies between two blends: can be averaged, or filtered without loss",
+        Fourier = "fourier" "Whole periods of a few frequencies between two blends: the periods can be averaged, or filtered without loss",
         /// A quintic spline from rest to rest: it needs no time for blends, and its speed may vary along the motion.
-        Spline = "spline" "From rest to rest: more information in a short time, or within narrow limits; may be quick here and slow there",
+        Spline = "spline" "From rest to rest: more information in a short time or within narrow limits; the speed may vary along the motion",
     }
 }
 
@@ -30,42 +30,46 @@ request! {
     pub struct ExciteRequest {
         /// The form of the motion.
         motion: MotionSeries = MotionSeries::Fourier;
-        /// Seconds of a period, of a spline from rest to rest [default: by the limits, 5 to 20].
+        /// Period of the series, or duration of a spline from rest to rest, s [default: from the limits, 5 to 20].
         period: Option<f64> = None, range(Range::Positive), value_name("SECONDS");
-        /// Base frequency, Hz: one over the period.
+        /// Base frequency of the series, Hz: the inverse of [period]. Give only one of the two options.
         frequency: Option<f64> = None, range(Range::Positive), value_name("HZ");
-        /// Harmonics of the base frequency [default: by the limits and the period, 5 to 8; 5 of more than 8 joints].
+        /// Number of harmonics of the base frequency [default: from the limits and the period, 5 to 8; 5 for more than 8
+        /// joints].
         harmonics: Option<usize> = None, range(1..=40);
-        /// Spans of a spline: the more, the freer, and the longer the search [default: by the limits, 8 to 30].
+        /// Number of polynomial segments (spans) of a spline. With more spans the motion is freer, and the search is longer
+        /// [default: from the limits, 8 to 30].
         spans: Option<usize> = None, range(4..=80);
-        /// Whole periods between the blends; times that a spline is played.
+        /// Number of whole periods between the blends, or of repetitions of a spline.
         repetitions: usize = 3, range(1..);
-        /// Seconds from rest to the series, and back to rest [default: by the limits].
+        /// Duration of the blend from rest to the series, and of the blend back to rest, s [default: from the limits].
         blend: Option<f64> = None, range(Range::Positive), value_name("SECONDS");
         /// Sample rate of the file to play and of the log, Hz.
         rate: f64 = 200.0, range(Range::Positive), value_name("HZ");
-        /// YAML with tighter limits: `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort,
-        /// power, locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate; `space:` has the room of the
-        /// bodies in the base frame, m: `{floor: Z or none, walls: [{point, normal, links}], boxes: [{low, high, links}],
-        /// distance: 0.01, own_links: true, accept: [[LINK, LINK, REASON]]}`; `margins:` has the errors that the proof has room
-        /// for: `{encoder_zero, tracking, calibration, mesh, payload: {link, mass, centre_of_mass}}`.
+        /// YAML with tighter limits. `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk, effort, power,
+        /// locked: POSITION, slowed: FACTOR}}` limits single coordinates; `all:` limits every coordinate in the same way.
+        /// `space:` limits the bodies, in the base frame, m: `{floor: Z or none, walls: [{point, normal, links}], boxes: [{low,
+        /// high, links}], distance: 0.01, own_links: true, accept: [[LINK, LINK, REASON]]}`. `margins:` has the errors for
+        /// which the proof must hold too: `{encoder_zero, tracking, calibration, mesh, payload: {link, mass, centre_of_mass}}`.
         limits: Option<LimitsFile> = None, value_name("FILE");
-        /// Share of the limits of effort and power that the torque of the description may use.
+        /// Share of the limits of effort and power that the computed torque may use.
         effort_share: f64 = 0.9, range(Range::Share), value_name("SHARE");
-        /// Friction columns a joint that the identification will have, as of `rist identify`, or none.
+        /// Friction terms of every joint in the later identification. The words and the default are those of [friction] of
+        /// `rist identify`; auto is not possible.
         friction: Option<FrictionChoice> = None, value_name("TERMS");
-        /// What the motion makes best.
+        /// What the search of the motion optimises.
         criterion: SearchObjective = SearchObjective::Determinant;
-        /// Noise of a torque sample, as a share of the effort limit.
+        /// Standard deviation of the noise of a torque sample, as a share of the effort limit.
         noise: f64 = 0.01, range(Range::Positive), value_name("SHARE");
-        /// Starts of the search: a third are random, the others begin near the best so far.
+        /// Number of starts of the search. A third of them are random; the others begin near the best motion so far.
         starts: usize = 12, range(1..);
-        /// Maximum number of iterations of a start at each weight of the barrier.
+        /// Maximum number of iterations of each start, at each weight of the barrier function for the limits.
         iterations: usize = 100;
         /// Seed of the random starts; the same seed gives the same motion.
         seed: u64 = 1;
-        /// An earlier estimate of this model: the motion shows what it leaves open, and the torques follow from its
-        /// parameters. Best with its covariance (`covariance: true` in the [options] of `rist identify`).
+        /// An earlier estimate of this model. The motion excites the parameters that this estimate leaves uncertain, and the
+        /// torques follow from its parameters. This estimate should contain its covariance (`covariance: true` in the [options]
+        /// of `rist identify`).
         after: Option<Estimate> = None, value_name("ESTIMATE");
     }
 }

@@ -20,9 +20,9 @@ words! { TrajectoryFormat:
 request! {
     /// Output files for the motions of a plan.
     pub struct TrajectoryFiles {
-        /// Write each motion for a controller to play into this directory.
+        /// Write each motion into this directory, as a file that a controller can play.
         trajectories: Option<PathBuf> = None, value_name("DIRECTORY");
-        /// Format of the motions of [trajectories].
+        /// Format of the files of [trajectories].
         format: TrajectoryFormat = TrajectoryFormat::Csv;
     }
 }
@@ -30,8 +30,8 @@ request! {
 request! {
     /// Options for a file of points from another source.
     pub struct PointsFiles {
-        /// How a controller goes between the points of a table or a JointTrajectory [default: the smoothest that the
-        /// points allow].
+        /// How the controller interpolates between the points of a table or a JointTrajectory [default: the smoothest way that
+        /// the points allow].
         interpolation: Option<Interpolation> = None;
     }
 }
@@ -39,23 +39,23 @@ request! {
 request! {
     /// The content of a report page.
     pub struct ReportFiles {
-        /// The plan of rist plan.
+        /// A plan of rist plan.
         plan: Option<PathBuf> = None, value_name("FILE");
-        /// The motion of rist excite.
+        /// A motion of rist excite.
         motion: Option<PathBuf> = None, value_name("FILE");
-        /// The estimate of rist identify or rist solve.
+        /// An estimate of rist identify or rist solve.
         estimate: Option<PathBuf> = None, value_name("FILE");
-        /// Another estimate of the robot that [estimate] is held against: of another day, load or method.
+        /// Another estimate of the same robot, to compare with [estimate]: from another day, load or method.
         against: Option<PathBuf> = None, value_name("FILE");
-        /// The validation of rist validate.
+        /// A validation of rist validate.
         validation: Option<PathBuf> = None, value_name("FILE");
-        /// The description that the estimate, or the motion, was made with.
+        /// The robot description with which the estimate or the motion was made.
         model: Option<PathBuf> = None, value_name("FILE");
-        /// Logs to draw; they need [model] [default: those that the estimate was made from].
+        /// Logs to draw; [model] is needed too [default: the logs from which the estimate was made].
         log: Vec<PathBuf> = Vec::new(), value_name("LOG");
         /// The date on the page, in any form.
         date: Option<String> = None;
-        /// Write the pictures as SVG into this directory too.
+        /// Also write the pictures as SVG files into this directory.
         svg: Option<PathBuf> = None, value_name("DIRECTORY");
     }
 }
@@ -63,7 +63,7 @@ request! {
 request! {
     /// Input file of the methods that identify parameters from the logs of a plan.
     pub struct PlanFiles {
-        /// The plan behind the logs.
+        /// The plan whose experiments are in the logs.
         plan: Option<PathBuf> = None, value_name("FILE"), heading(METHOD);
     }
 }
@@ -75,11 +75,11 @@ request! {
         validate: Vec<PathBuf> = Vec::new(), value_name("LOG"), heading(OUTPUTS);
         /// Also identify the load that the last link carries in this log; may be given several times.
         loaded: Vec<PathBuf> = Vec::new(), value_name("LOG"), heading(BODIES);
-        /// Write a page with verdict, torques, residuals, friction and parameters as HTML.
+        /// Write an HTML page with verdict, torques, residuals, friction and parameters.
         report: Option<PathBuf> = None, value_name("FILE"), heading(OUTPUTS);
-        /// The date on that page, in any form.
+        /// The date on the page of [report], in any form.
         date: Option<String> = None, heading(OUTPUTS);
-        /// Write measured and predicted torques, filtered as they were fitted, as CSV, or as Parquet (FILE.parquet).
+        /// Write measured and predicted torques, filtered as in the fit, as CSV, or as Parquet (FILE.parquet).
         series: Option<PathBuf> = None, value_name("FILE"), heading(OUTPUTS);
     }
 }
@@ -89,12 +89,13 @@ request! {
     pub struct BodiesFiles {
         /// Write the URDF with the identified inertials, joint damping and friction; implies [consistent].
         write_urdf: Option<PathBuf> = None, value_name("FILE"), heading(OUTPUTS);
-        /// Write a MuJoCo model with the identified inertials, joint damping, friction loss and armature; implies
-        /// [consistent]. Of an MJCF, its text with all the rest; of another description, a model without shapes.
+        /// Write a MuJoCo model with the identified inertials, joint damping, friction loss and armature; implies [consistent].
+        /// If the description is an MJCF, the rest of its text stays; otherwise the model has no shapes.
         write_mjcf: Option<PathBuf> = None, value_name("FILE"), heading(OUTPUTS);
-        /// Another MuJoCo model whose inertials and joints [write_mjcf] replaces, with its shapes and all the rest.
+        /// Another MuJoCo model. [write_mjcf] replaces the inertials and joint values in it, and keeps its shapes and all the
+        /// rest.
         into: Option<PathBuf> = None, value_name("MODEL.xml"), heading(OUTPUTS);
-        /// Write the URDF and the MuJoCo model even where the verdict is no.
+        /// Write the URDF and the MuJoCo model even if the verdict is no.
         anyway: bool = false, heading(OUTPUTS);
         ..
         /// Files of all estimates from samples.

@@ -23,7 +23,7 @@ words! {
     /// The languages in which source can be generated.
     pub enum SourceLanguage {
         /// A single source file.
-        Rust = "rust" "One file, no_std, generic over f64, f32 and numbers of your own",
+        Rust = "rust" "One file, no_std, generic over f64, f32 and your own types of numbers",
         /// A source file and a header.
         C = "c" "C99: a header and a source file that need math.h",
     }
@@ -32,28 +32,30 @@ words! {
 request! {
     /// Options for generated source code.
     pub struct GenerateRequest {
-        /// Functions beside base-regressor: controller (gravity compensation, feedforward and computed torque, with limits), observer and payload (external torque, contact and load; C),
+        /// Functions in addition to base-regressor: controller (gravity compensation, feedforward and computed torque, with
+        /// limits); in C also observer (external torque and contact) and payload (load);
         functions: Vec<String> = Vec::new(), value_name("NAMES"), and(&function_names());
-        /// An estimate of this model: its numbers stand in the file as the constants X and F.
+        /// An estimate of this model. It gives the constants X (base parameters) and F (friction) of the source.
         estimate: Option<PathBuf> = None, value_name("ESTIMATE");
-        /// Take the numbers even of an estimate whose verdict is no.
+        /// Use the estimate even if its verdict is no. Otherwise the estimate is refused.
         anyway: bool = false;
-        /// Lengths, angles and components of gravity that stay open, as an argument `symbols` of all functions: `all`, or
-        /// these; a number without a name is called by its place, as d3, r4, alpha5, gz [default: none].
+        /// Lengths, angles and components of gravity that are not fixed, but given in an argument `symbols` of all functions:
+        /// `all`, or a list of names. A number without a name is called by its place, such as d3, r4, alpha5, gz [default:
+        /// none].
         symbols: Vec<String> = Vec::new(), value_name("NAMES");
-        /// Rate of the control loop of an observer, Hz.
+        /// Rate of the control loop in which an observer runs, Hz.
         rate: f64 = 1000.0, range(1.0..=1e5), value_name("HZ");
-        /// For an observer, logs without contact, in which its noise is measured [default: the logs of the estimate].
+        /// For an observer: logs without contact, from which its noise is measured [default: the logs of the estimate].
         reference: Vec<PathBuf> = Vec::new(), value_name("LOGS");
-        /// False alarms an hour of an observer that are accepted.
+        /// For an observer: accepted number of false alarms per hour.
         alarms: f64 = 1.0, range(Range::Positive), value_name("PER_HOUR");
-        /// Gain of an observer, 1/s.
+        /// Gain of an observer of external torques, 1/s.
         observer_gain: f64 = 50.0, range(0.1..=1e4), value_name("GAIN");
-        /// Link or frame that carries the load of an observer [default: the last link].
+        /// For an observer: link or frame with a load [default: the last link].
         load_on: Option<String> = None, value_name("LINK");
-        /// Largest mass of this load, kg.
+        /// For an observer: largest possible mass of a load, kg.
         largest_load: f64 = 10.0, range(Range::Positive), value_name("KG");
-        /// Language to write.
+        /// Language of the source.
         language: SourceLanguage = SourceLanguage::Rust;
     }
 }

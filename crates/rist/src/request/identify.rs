@@ -37,19 +37,19 @@ const BODIES: &str = "Bodies and loads";
 request! {
     /// Options for processing logged signals: filter, sample rate, decimation, delay.
     pub struct SignalRequest {
-        /// Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs].
+        /// Cut-off of the zero-phase low-pass, Hz [default: from the frequency content of the logs].
         cutoff: Option<f64> = None, range(Range::Positive), value_name("HZ"), heading(SIGNALS);
-        /// Order of the Butterworth filter, 0 for none [default: Signal::order].
+        /// Order of the Butterworth low-pass; 0: no low-pass [default: Signal::order].
         order: Option<usize> = None, default_from(Options::default().signal.order), heading(SIGNALS);
-        /// Rows per second, of a log without a clock.
+        /// Rows per second (Hz) of a log without a clock.
         rate: Option<f64> = None, range(Range::Positive), value_name("HZ"), heading(SIGNALS);
-        /// Keep every N-th filtered sample [default: by the cut-off].
+        /// Keep every N-th filtered sample [default: from the cut-off].
         decimate: Option<usize> = None, range(1..), value_name("N"), heading(SIGNALS);
-        /// Seconds by which the torques lag the positions, negative where they come before [default: Signal::delay]; or auto:
-        /// the delay, up to a quarter of a second to both sides, with the smallest residual on rows away from reversals of
-        /// their joint. The residual of all rows may be larger with it than without.
+        /// Delay of the torques behind the positions, s; negative if the torques come first [default: Signal::delay]. auto: the
+        /// delay within +-0.25 s with the smallest residual, on rows away from reversals of their joint. With this delay, the
+        /// residual of all rows may be larger than without.
         delay: Option<Delay> = None, default_from(Options::default().signal.delay), value_name("SECONDS"), heading(SIGNALS);
-        /// YAML with any option of an identification; other options override it.
+        /// YAML with any option of an identification. Other options that are given here replace those of the file.
         options: Option<Options> = None, value_name("FILE"), heading(METHOD);
     }
 }
@@ -57,11 +57,11 @@ request! {
 request! {
     /// Options for the regression rows that are built from logs.
     pub struct RowsRequest {
-        /// Friction columns per joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V, stribeck=V (V
-        /// in rad/s), none, or auto, the set that best predicts parts of the logs left out of the fit
-        /// [default: FrictionTerm::STANDARD].
+        /// Friction terms of every joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V, stribeck=V (V in
+        /// rad/s), none; or auto, which chooses the terms that best predict held-out parts of the logs [default:
+        /// FrictionTerm::STANDARD].
         friction: Option<FrictionChoice> = None, default_from(words(&FrictionTerm::STANDARD)), value_name("TERMS"), heading(METHOD);
-        /// What rows weigh [default: Options::weights].
+        /// Weights of the rows in the fit [default: Options::weights].
         weights: Option<Weights> = None, default_from(Options::default().weights.word()), heading(METHOD);
         ..
         /// Options for processing logged signals: filter, sample rate, decimation, delay.
@@ -72,21 +72,23 @@ request! {
 request! {
     /// Options of least squares on samples, shared by the methods `ls` and `essential`.
     pub struct SamplesRequest {
-        /// Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are given, the
-        /// others are estimated; q5=11+-2 expects a gain near 11.
+        /// Drive gain (torque per current), N m/A [default: as in the file]. If only some gains are given, the others are
+        /// estimated. q5=11+-2: a gain near 11 is expected, with standard deviation 2.
         gain: Vec<(String, Gain)> = Vec::new(), range(Range::NonZero), value_name("COORDINATE=GAIN"), heading(METHOD);
-        /// A hobby arm or its servo, whose units, zeros and gains are taken where nothing else gives them: so101, koch, wx250s,
-        /// vx300s, openmanipulator-x, xm430-w350, ..; with the form of the positions as so101:degrees, :normalised, :counts or
-        /// :radians.
+        /// A hobby arm or its servo: so101, koch, wx250s, vx300s, openmanipulator-x, xm430-w350 and others. Units, zeros and
+        /// gains of this arm are used where nothing else gives them. The form of the positions may follow the name:
+        /// so101:degrees, :normalised, :counts or :radians.
         arm: Option<String> = None, value_name("ARM[:FORM]"), heading(SIGNALS);
-        /// What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate says each with its
-        /// deviation, and the option or line of the URDF that mends it.
+        /// What to identify in addition to the parameters, for all joints: mount (of the base), zeros (of the positions),
+        /// scales (of the torques), springs. The estimate gives each value with its deviation, and the option or the line of
+        /// the URDF that corrects it.
         unknowns: Vec<UnknownKind> = Vec::new(), value_name("KINDS"), heading(METHOD);
-        /// Leave out the rows in which the residual is an outlier, such as a contact. The estimate names them.
+        /// Leave out the rows of intervals in which the residual is an outlier, for example during a contact. The estimate
+        /// lists these intervals.
         leave_out_contact: bool = false, heading(METHOD);
         /// Keep the covariance of the parameters in the estimate.
         covariance: bool = false, heading(METHOD);
-        /// The link that carries the load of the logs with a load [default: the last].
+        /// The link that carries the load in the logs of [loaded] [default: the last link].
         loaded_link: Option<String> = None, value_name("LINK"), heading(BODIES);
         ..
         /// Options for the regression rows that are built from logs.
@@ -97,10 +99,11 @@ request! {
 request! {
     /// Options of least squares on samples. Default: weighted by joint, with viscous and Coulomb friction and an offset.
     pub struct IdentifyRequest {
-        /// Physically consistent parameters: only bodies that can exist. Where the log says nothing, they stay near the
-        /// bodies of the description.
+        /// Identify physically consistent parameters: every link is a body that can exist. A body that the logs do not
+        /// determine stays near the body of the description.
         consistent: bool = false, heading(BODIES);
-        /// Leave the bodies free where a log is poor, in place of those that can exist where they predict it better.
+        /// Never constrain the links to bodies that can exist. Without this option, the links are constrained if a log is poor
+        /// and held-out parts of it are then predicted better.
         free_bodies: bool = false, heading(BODIES);
         ..
         /// Options shared with the method `essential`.
@@ -111,11 +114,12 @@ request! {
 request! {
     /// Options of the estimator of [Vandanjon, Gautier, Desbats 1995]. Its equations are rows of the operator Sp.
     pub struct PaperRequest {
-        /// Torque per unit of current of a drive, N m/A [default: as the file says; with [load], none]. Where only some
-        /// drives are given, the others are estimated.
+        /// Drive gain (torque per current), N m/A [default: as in the file; with [load], none]. If only some gains are given,
+        /// the others are estimated.
         gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
-        /// A known load: YAML with link, mass (kg), centre_of_mass (m) and inertia about it (kg m^2). The logs of the
-        /// experiments repeated with it, e01_loaded.csv, .., stand beside the others; no gain need be known.
+        /// A known load: YAML with link, mass (kg), centre_of_mass (m) and inertia about the centre of mass (kg m^2). The logs
+        /// of the experiments with the load, e01_loaded.csv, .., are in the folder of the other logs. With a load, no gain
+        /// needs to be known.
         load: Option<(PathBuf, KnownLoad)> = None, value_name("FILE"), heading(METHOD);
         /// YAML with the columns of the logs.
         options: Option<Options> = None, value_name("FILE"), heading(METHOD);
@@ -127,19 +131,21 @@ request! {
     pub struct HarmonicRequest {
         /// Highest frequency of the equations, Hz [default: Band::equations].
         cutoff: Option<f64> = None, default_from(HarmonicOptions::default().band.equations), range(Range::Positive), value_name("HZ"), heading(SIGNALS);
-        /// Seconds by which the torques lag the positions, or auto, which estimates the remaining delay with the
+        /// Delay of the torques behind the positions, s; or auto, which estimates the remaining delay together with the
         /// parameters [default: Band::delay].
         delay: Option<Delay> = None, default_from(HarmonicOptions::default().band.delay), value_name("SECONDS"), heading(SIGNALS);
-        /// Estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all.
+        /// Estimate ripple of torque and gain with this number of periods per turn of the joint, for one coordinate or for all.
         ripple: Vec<(JointSelector, f64)> = Vec::new(), value_name("[COORDINATE=]PERIODS"), heading(METHOD);
-        /// Estimate a spring beside the motor of these coordinates, or of all, as one that balances gravity.
+        /// Estimate a spring in parallel with the motor, for example one that balances gravity, for these coordinates or for
+        /// all.
         spring: Vec<JointSelector> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
-        /// Estimate by how much the encoders of these coordinates, or of all, are off once a turn.
+        /// Estimate the error that an encoder has once per turn, for these coordinates or for all.
         eccentric: Vec<JointSelector> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
-        /// Estimate the springs of these coordinates, or of all; the encoders are at the motors. The equations end at 10 Hz
-        /// then, unless [cutoff] says otherwise.
+        /// Estimate a spring between motor and link, for these coordinates or for all. It is assumed that the encoders are at
+        /// the motors. The equations then end at 10 Hz, unless [cutoff] is given.
         elastic: Vec<JointSelector> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
-        /// Estimate the backlash of these joints, or of all, as [elastic] does springs.
+        /// Estimate the backlash between motor and link, for these coordinates or for all. The assumption and the equations are
+        /// as for [elastic].
         backlash: Vec<JointSelector> = Vec::new(), value_name("COORDINATE|all"), heading(METHOD);
         ..
         /// Options shared with the paper's equations.
@@ -150,7 +156,7 @@ request! {
 request! {
     /// Options of the methods that simulate the experiments in closed loop.
     pub struct ClosedLoopRequest {
-        /// Torque per unit of current of every drive, N m/A [default: as the file says].
+        /// Gain of every drive (torque per current), N m/A [default: as in the file].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
         ..
         /// Options for processing logged signals: filter, sample rate, decimation, delay.

@@ -15,17 +15,17 @@ words! {
         /// Least squares on samples.
         Ls = "ls" "Least squares on filtered samples",
         /// Least squares on samples with the essential parameters only (the smallest set with nearly the same residual).
-        Essential = "essential" "Least squares with the parameters that the data need; the others are zero",
+        Essential = "essential" "Least squares with only the parameters that the data need; all others are zero",
         /// RIST: the paper's equations.
-        Rist = "rist" "The paper's equations, rows of the operator Sp",
+        Rist = "rist" "The equations of [Vandanjon, Gautier, Desbats 1995], rows of the operator Sp",
         /// RIST with the drive gains by total least squares.
-        Tls = "tls" "The paper's equations with unknown gains of drives, by total least squares",
+        Tls = "tls" "The equations of rist with unknown drive gains, by total least squares",
         /// RIST-MH: all harmonics of the experiments, with friction.
-        RistMh = "rist-mh" "All harmonics, with friction",
+        RistMh = "rist-mh" "The spectrum method with all harmonics of the motion, and with friction",
         /// IDIM-IV: least squares with instrumental variables from simulated experiments.
-        Iv = "iv" "Instrumental variables: the experiments, simulated in closed loop, are the instruments of the samples",
+        Iv = "iv" "Instrumental variables: the experiments are simulated in closed loop, and give the instruments of the samples",
         /// DIDIM: direct and inverse dynamics; only torques are fitted, to simulated experiments.
-        Didim = "didim" "Direct and inverse dynamics: only torques are fitted, to the experiments simulated in closed loop",
+        Didim = "didim" "Direct and inverse dynamics: the experiments are simulated in closed loop, and only torques are fitted",
     }
 }
 
@@ -72,7 +72,8 @@ impl Method {
 request! {
     /// Selects the method.
     pub struct MethodRequest {
-        /// The equations to solve; all but ls and essential need the plan behind the logs.
+        /// Method of identification. All methods except ls and essential need [plan], the plan whose experiments are in the
+        /// logs.
         method: Method = Method::Ls, heading("Method");
     }
 }

@@ -14,33 +14,36 @@ use crate::error::Error;
 request! {
     /// Options for reading a description. With the defaults, the description is read unchanged.
     pub struct ModelOptions {
-        /// Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value).
+        /// Value of a symbol of the description, m or rad: D3=0.45. A .par file may have symbols without a value.
         value: Vec<(String, f64)> = Vec::new(), value_name("NAME=VALUE");
-        /// Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says].
+        /// Value of an argument of a xacro, which the file uses as `$(arg NAME)` [default: as in the file].
         arg: Vec<(String, String)> = Vec::new(), value_name("NAME=VALUE");
-        /// Folder of a package that a xacro includes from, which `$(find NAME)` asks for, or from which an MJCF takes meshes
-        /// and parts; without it a xacro finds packages with a package.xml above its folder.
+        /// Folder of a package, for includes of a xacro (`$(find NAME)`) or meshes and parts of an MJCF. Without this option, a
+        /// xacro finds packages with a package.xml in the folders above the file.
         package: Vec<(String, String)> = Vec::new(), value_name("NAME=FOLDER");
-        /// The robot where a file has several: a body of the world of an MJCF, or a model of an SDF [default: all that is in
-        /// the file].
+        /// The robot to read, if a file has several: a body of the world of an MJCF, or a model of an SDF [default: all that is
+        /// in the file].
         root: Option<String> = None, value_name("NAME");
-        /// How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of their own.
+        /// How mimic joints of a URDF are read. constraint: they follow the joint that they mimic; independent: they are
+        /// coordinates of their own.
         mimic: Mimic = Mimic::Constraint;
-        /// How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given.
+        /// How rounded angles are read. meant: as the exact angles (1.5707 and 1.5708 as pi/2); as-given: as the numbers in the
+        /// file.
         angles: AngleSnapping = AngleSnapping::Meant;
-        /// Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a YAML file that does
-        /// not say: actuated; a URDF, which cannot say: none].
+        /// Joints that have a rotor inertia (IA) among their parameters [default: as in the file; if the file says nothing:
+        /// actuated for YAML, none for URDF].
         rotor_inertia: Option<RotorInertias> = None, value_name("JOINTS");
-        /// Joints that stand still at a position, rad or m, as a gripper that the log does not have: finger=0.02. Without it
+        /// Joints locked at a position, rad or m, such as a gripper that is not in the log: finger=0.02. Without this option,
         /// no joint is locked.
         lock: Vec<(String, f64)> = Vec::new(), value_name("JOINT=POSITION");
-        /// How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file says.
-        /// 3.1416,0,0 is a robot on a ceiling [default: as the file says].
+        /// Mount of the base, rad: roll, pitch and yaw of the base frame, in a frame in which gravity is as in the file.
+        /// 3.1416,0,0 is a robot on a ceiling [default: as in the file].
         base: Option<[f64; 3]> = None, value_name("ROLL,PITCH,YAW");
         /// Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch, base_roll), and
         /// the base becomes a link with its own parameters.
         floating_base: bool = false;
-        /// Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the figures otherwise.
+        /// Derive the model even if this takes more than about 10 s or 1 GiB. Otherwise such a model is refused, with an
+        /// estimate of time and memory.
         any_size: bool = false;
     }
 }

@@ -11,29 +11,30 @@ words! {
     /// The controller that plays a motion.
     pub enum PlayTarget {
         /// An e-Series of Universal Robots.
-        UrE = "ur-e" "URScript, a set point each 2 ms",
+        UrE = "ur-e" "URScript, with a set point every 2 ms",
         /// A CB3 of Universal Robots.
-        UrCb3 = "ur-cb3" "URScript, a set point each 8 ms",
+        UrCb3 = "ur-cb3" "URScript, with a set point every 8 ms",
         /// A control loop of libfranka (Franka robots).
-        Franka = "franka" "CSV, a row each ms: for a loop of libfranka that reads it",
+        Franka = "franka" "CSV, with a row every 1 ms, for a control loop of libfranka that reads this file",
         /// A joint_trajectory_controller of ros2_control.
-        Ros2 = "ros2" "A JointTrajectory in YAML, at the rate of the motion: quintic between its points",
+        Ros2 = "ros2" "A JointTrajectory in YAML, at the rate of the motion, with quintic interpolation between its points",
     }
 }
 
 request! {
     /// Options for playing a motion on a robot.
     pub struct PlayRequest {
-        /// Who plays it; none of them has been tried on its controller.
+        /// Controller that will play the motion. None of the formats has been tried on its controller.
         controller: PlayTarget = PlayTarget::Ros2;
-        /// The same motion slower: velocities times this, accelerations times its square.
+        /// Factor for a slower motion: velocities are multiplied by FACTOR, accelerations by its square.
         speed: f64 = 1.0, range(Range::Share), value_name("FACTOR");
-        /// Where the robot stands, rad (m): the way to the first pose and back is planned, proved and played too. Coordinates that
-        /// are not given stand at the first pose.
+        /// Position of the robot before the motion, rad (m). The ways from there to the first pose and back are planned, proved
+        /// and played too. A coordinate that is not given is already at the first pose.
         from: Vec<(String, f64)> = Vec::new(), value_name("COORDINATE=POSITION");
-        /// Limits of your own, as for `rist check`.
+        /// YAML with further limits, as for [limits] of `rist check`.
         limits: Option<LimitsFile> = None, value_name("FILE");
-        /// An estimate of this model: efforts and powers are proved with its torques instead of the description's.
+        /// An estimate of this model. The torques in the proofs of effort and power then follow from the estimate, not from the
+        /// description.
         after: Option<Estimate> = None, value_name("ESTIMATE");
     }
 }

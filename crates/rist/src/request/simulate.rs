@@ -12,15 +12,17 @@ request! {
     pub struct SimulateRequest {
         /// Number of validation motions.
         validation: usize = 10, range(0..=1000);
-        /// Torque per unit of current of a drive, N m/A [default: as the file says; where one is known, 1 for the others].
+        /// Drive gain (torque per current), N m/A [default: as in the file; if only some gains are known, 1 for the others].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN");
-        /// A known load (as of `rist identify`): every experiment is done again with it, e01_loaded.csv, ..
+        /// A known load, in a file as for [load] of `rist identify`. Every experiment is repeated with this load:
+        /// e01_loaded.csv, ..
         load: Option<(PathBuf, KnownLoad)> = None, value_name("FILE");
-        /// An estimate whose torques (inverse dynamics, no friction) the controller adds: identify -> feedforward -> repeat.
+        /// An estimate from which the controller computes feedforward torques (inverse dynamics without friction). So you can
+        /// repeat: identify, then simulate with feedforward.
         feedforward: Option<Estimate> = None, value_name("FILE");
         /// Seed of the noise; the same seed gives the same logs.
         seed: u64 = 1;
-        /// Neither noise nor rounding of the sensors.
+        /// Simulate sensors without noise and without rounding.
         noise_free: bool = false;
     }
 }

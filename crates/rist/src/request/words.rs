@@ -92,24 +92,24 @@ pub fn of_texts<T: WordChoice>(texts: &[String]) -> Result<T, Error> {
 }
 
 words! { Criterion:
-    Determinant = "determinant" "The determinant of the information",
-    FrobeniusCondition = "condition" "The condition number of the information, by the Frobenius norm",
+    Determinant = "determinant" "The determinant of the information matrix",
+    FrobeniusCondition = "condition" "The condition number of the information matrix, in the Frobenius norm",
 }
 
 words! { Profile:
-    BangBang = "bang-bang" "Constant, as in the paper",
+    BangBang = "bang-bang" "Piecewise constant, as in [Vandanjon, Gautier, Desbats 1995]",
     Smooth = "smooth" "Without jumps",
 }
 
 words! { Interpolation:
-    Linear = "linear" "Straight, so that velocities jump at the points",
-    Cubic = "cubic" "By positions and velocities",
-    Quintic = "quintic" "By positions, velocities and accelerations",
+    Linear = "linear" "Straight lines, so that velocities jump at the points",
+    Cubic = "cubic" "Polynomials of degree 3 through positions and velocities",
+    Quintic = "quintic" "Polynomials of degree 5 through positions, velocities and accelerations",
 }
 
 words! { SearchObjective:
-    Determinant = "determinant" "The determinant of the information",
-    Condition = "condition" "The condition number of the columns, scaled to unit norm",
+    Determinant = "determinant" "The determinant of the information matrix",
+    Condition = "condition" "The condition number of the regressor columns, scaled to unit norm",
 }
 
 words! { Mimic:
@@ -129,8 +129,8 @@ words! { RotorInertias:
 }
 
 words! { Weights:
-    None = "none" "all alike (OLS)",
-    Joint = "joint" "by the residual of their joint (WLS)",
-    Huber = "huber" "as joint, and less where they do not fit",
-    Bisquare = "bisquare" "as huber, and nothing where they do not fit at all",
+    None = "none" "all equal (OLS)",
+    Joint = "joint" "rows weigh by the residual of their joint (WLS)",
+    Huber = "huber" "as joint, but rows with large residuals weigh less",
+    Bisquare = "bisquare" "as huber, but rows with very large residuals weigh nothing",
 }

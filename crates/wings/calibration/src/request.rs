@@ -46,19 +46,19 @@ rist::words! {
 rist::request! {
     /// Options for a kinematic calibration.
     pub struct CalibrateRequest {
-        /// What is fitted besides base, tool and markers.
+        /// Errors to fit, in addition to the frames of base, tool and markers.
         what: Calibrated = Calibrated::Geometry, value_name("WHAT");
-        /// Joints whose scales (gear ratios) are fitted too.
+        /// Joints whose scale (gear ratio) is fitted too.
         gears: Vec<String> = Vec::new(), value_name("JOINTS");
-        /// Link that is measured: the end of the chain. By default the link with most joints before it.
+        /// The measured link, at the end of the chain [default: the link with most joints before it].
         tip: Option<String> = None, value_name("LINK");
         /// What the tool touched at each posture, for a table without measurements.
         touched: Option<Touched> = None, value_name("WHAT");
-        /// How errors of the geometry are named: by default frames for a URDF and dh for others.
+        /// How the errors of the geometry are named [default: frames for a URDF, dh for other descriptions].
         names: Option<ErrorNames> = None, value_name("NAMES");
-        /// Number of postures to choose where no table is given: those that determine the parameters best.
+        /// Number of postures to choose if no table is given. The chosen postures determine the parameters best.
         design: Option<usize> = None, range(1..=300), value_name("POSTURES");
-        /// What will be measured at these postures.
+        /// What will be measured at the postures of [design].
         measured: Measured = Measured::Pose, value_name("WHAT");
         /// YAML with the columns of the table, and with corrections of its numbers.
         options: Option<CalibrationOptions> = None, value_name("FILE");

@@ -18,17 +18,17 @@ pub fn wing() -> Wing {
 }
 
 rist::words! { Compared:
-    All = "all" "All that both determine",
-    Inertial = "inertial" "Those of bodies and rotors: friction may move from day to day",
+    All = "all" "All parameters that both sums determine",
+    Inertial = "inertial" "Parameters of bodies and rotors only, because friction may change from day to day",
 }
 
 rist::request! {
     /// Options for comparing the sums of robots with the sums of a reference.
     pub struct CompareRequest {
-        /// The parameters that are asked about.
+        /// The parameters to compare.
         of: Compared = Compared::All;
-        /// False discovery rate: the expected share of unchanged robots among those reported as changed, and of unchanged
-        /// parameters among those reported.
+        /// False discovery rate: the expected share of unchanged robots among the robots reported as changed, and of unchanged
+        /// parameters among the reported parameters.
         fdr: f64 = 0.05, value_name("RATE");
     }
 }
@@ -36,10 +36,10 @@ rist::request! {
 rist::request! {
     /// Options for sums over logs.
     pub struct SumsRequest {
-        /// Torque per unit of current of every drive, N m/A [default: as the description says].
+        /// Gain of every drive (torque per current), N m/A [default: as in the description].
         gain: Vec<(String, f64)> = Vec::new(), range(Range::Positive), value_name("COORDINATE=GAIN"), heading(METHOD);
         ..
-        /// How logs become rows; nothing in it may need them twice.
+        /// Options for the rows. No option may need the rows twice.
         rows: RowsRequest;
     }
 }
@@ -47,14 +47,14 @@ rist::request! {
 rist::request! {
     /// Options for reading logs and adding them up. By default, the first log that fails ends the command with an error.
     pub struct AccumulateRequest {
-        /// Leave out logs that cannot be used or are not of this robot; the sums say which and why.
+        /// Leave out logs that cannot be used or are not of this robot. The file of the sums lists these logs with the reason.
         skip_broken: bool = false;
-        /// Take logs in that do not belong to the description (rist doctor).
+        /// Also add logs that, by the checks of rist doctor, do not belong to the description.
         anyway: bool = false;
-        /// Logs that are read at a time [default: as many as there are processors]; the sums are the same.
+        /// Number of logs that are read at the same time [default: the number of processors]. The sums do not depend on it.
         threads: Option<usize> = None, range(1..), value_name("N");
         ..
-        /// What is asked of the sums.
+        /// Options for the sums.
         sums: SumsRequest;
     }
 }

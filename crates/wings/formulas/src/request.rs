@@ -40,7 +40,7 @@ pub fn wing() -> Wing {
 rist::words! { FormulaLanguage:
     Text = "text" "One assignment a line",
     Latex = "latex" "align* environments for a document with amsmath",
-    Sympy = "sympy" "A Python function each, of SymPy's symbols or numbers",
+    Sympy = "sympy" "One Python function each, for symbols of SymPy or numbers",
     Matlab = "matlab" "A function of MATLAB or Octave",
 }
 
@@ -49,14 +49,14 @@ rist::request! {
     pub struct DeriveRequest {
         /// Functions to write:
         function: Vec<String> = Vec::new(), value_name("NAMES"), and(&format!("base-regressor, {}", function_names()));
-        /// Language to write.
+        /// Language of the formulas.
         language: FormulaLanguage = FormulaLanguage::Text;
-        /// Lengths, angles and components of gravity that stay symbols: `all`, `none`, or these; a number without a name is
-        /// called by its place, as d3, r4, alpha5, gz [default: those that the file gives a name].
+        /// Lengths, angles and components of gravity that stay symbols: `all`, `none`, or a list of names. A number without a
+        /// name is called by its place, such as d3, r4, alpha5, gz [default: those that have a name in the file].
         symbols: Vec<String> = Vec::new(), value_name("NAMES");
-        /// Expand each entry to a sum of products, for small robots.
+        /// Expand each entry to a sum of products; only for small robots.
         expand: bool = false;
-        /// The one entry to write, as A[1,2] or tau[3] [default: all].
+        /// The only entry to write, such as A[1,2] or tau[3] [default: all entries].
         entry: Option<String> = None, value_name("ENTRY");
     }
 }

@@ -19,13 +19,14 @@ pub fn wing() -> Wing {
 rist::request! {
     /// Options for predicting an identification from a motion or a log.
     pub struct VisibilityRequest {
-        /// YAML with tighter limits, as for `rist excite`: joints that it locks give no rows.
+        /// YAML with tighter limits, as for [limits] of `rist excite`. A joint that this file locks gives no rows.
         limits: Option<LimitsFile> = None, value_name("FILE");
-        /// Friction columns a joint that the identification will have, as of `rist identify`, or none.
+        /// Friction terms of every joint in the later identification. The words and the default are those of [friction] of
+        /// `rist identify`; auto is not possible.
         friction: Option<FrictionChoice> = None, value_name("TERMS");
-        /// Noise of a torque sample, as a share of the effort limit.
+        /// Standard deviation of the noise of a torque sample, as a share of the effort limit.
         noise: f64 = 0.01, range(Range::Positive), value_name("SHARE");
-        /// Sample rate at which points of a JointTrajectory are looked at, Hz.
+        /// Sample rate of a JointTrajectory in the analysis, Hz.
         rate: f64 = 200.0, range(1.0..=2e4), value_name("HZ");
     }
 }

@@ -19,17 +19,18 @@ rist::words! {
         /// A Python file for servo arms.
         Lerobot = "lerobot" "One Python file for servo arms: goal currents or goal positions",
         /// A sketch for drives on a CAN bus.
-        Arduino = "arduino" "A sketch with the C file in float, for drives on a CAN bus",
+        Arduino = "arduino" "An Arduino sketch with the C file in float, for drives on a CAN bus",
     }
 }
 
 rist::request! {
     /// Options that select a package.
     pub struct PackageRequest {
-        /// Write a folder that runs the model on a robot, instead of source: [out] is the folder, and it needs an [estimate].
+        /// Instead of source, write a folder that runs the model on a robot. [out] names this folder, and [estimate] is needed
+        /// too.
         target: Option<PackageTarget> = None, flag("as"), value_name("TARGET");
-        /// The options with which the logs of the estimate were identified: for [target], they say the units, gains and signs of
-        /// the drives.
+        /// For [target]: the options with which the logs of the estimate were identified. They contain the units, gains and
+        /// signs of the drives.
         options: Option<Options> = None, value_name("FILE");
     }
 }

@@ -16,7 +16,7 @@ rist::request! {
     pub struct WrenchRequest {
         /// YAML with the columns of the log, and with corrections of its numbers.
         options: Option<WrenchOptions> = None, value_name("FILE");
-        /// Name of the link whose frame is the sensor's, for the file of a load.
+        /// Name of the link whose frame is the frame of the sensor. The file of the load contains this name.
         link: String = "tool0".into(), value_name("LINK");
     }
 }
