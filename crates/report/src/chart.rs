@@ -80,7 +80,7 @@ impl<'a> Chart<'a> {
     }
 
     /// Makes the chart higher, and gives both axes the same scale so that shapes are not distorted.
-    pub(crate) fn true_to_scale(self) -> Chart<'a> {
+    pub fn true_to_scale(self) -> Chart<'a> {
         Chart { is_true_to_scale: true, height: 3000.0, ..self }
     }
 
@@ -95,7 +95,7 @@ impl<'a> Chart<'a> {
     }
 
     /// Extends the vertical axis so that it includes zero.
-    pub(crate) fn with_zero(self) -> Chart<'a> {
+    pub fn with_zero(self) -> Chart<'a> {
         Chart { has_zero: true, ..self }
     }
 

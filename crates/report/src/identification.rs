@@ -73,6 +73,20 @@ pub struct Origin<'a> {
     pub model: Option<&'a str>,
 }
 
+impl Origin<'_> {
+    /// The known facts, each with a heading and a text.
+    pub fn facts(&self) -> Vec<(&'static str, String)> {
+        let made = if self.version.is_empty() { String::new() } else { format!("rist {}", self.version) };
+        let facts = [
+            ("date", self.date.unwrap_or_default().into()),
+            ("description", self.model.unwrap_or_default().into()),
+            ("command", self.command.into()),
+            ("made with", made),
+        ];
+        facts.into_iter().filter(|(_, text): &(_, String)| !text.is_empty()).collect()
+    }
+}
+
 #[derive(Serialize)]
 struct IdentificationContext {
     style: &'static str,

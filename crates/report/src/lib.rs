@@ -29,6 +29,7 @@ mod plot;
 pub mod replay;
 pub mod robot;
 pub mod scale;
+pub mod sections;
 pub mod sheet;
 mod template;
 #[cfg(test)]

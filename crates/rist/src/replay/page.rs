@@ -39,12 +39,6 @@ impl Replay {
             torque: line(&|i| self.series[i].beyond[j]),
             limits: [-1.0, 1.0].map(|sign| line(&|i| sign * self.series[i].band[j])),
         });
-        let facts = [
-            ("date", origin.date.unwrap_or_default().to_string()),
-            ("description", origin.model.unwrap_or_default().to_string()),
-            ("command", origin.command.to_string()),
-            ("made with", format!("rist {}", origin.version)),
-        ];
         let page = ReplayPage {
             log: &self.log,
             settings: self.settings(),
@@ -55,7 +49,7 @@ impl Replay {
             torques: torques.collect(),
             mass: line(&|i| self.series[i].mass),
             borders: self.contacts.iter().flat_map(|contact| [contact.start, contact.end]).collect(),
-            facts: facts.into_iter().filter(|(_, text)| !text.is_empty()).collect(),
+            facts: origin.facts(),
         };
         spelled(&page.html(), reader)
     }
