@@ -43,7 +43,7 @@ fn as_json(log: &str, log_check: &LogCheck) -> Value {
             "slope": j.slope,
             "share": j.share,
             "explained": j.explained,
-            "range": j.range,
+            "range": j.range(),
         })
     });
     json!({

@@ -208,7 +208,7 @@ type LogCheckState = (String, Vec<String>, Vec<String>, bool, Vec<JointState>, V
 
 impl LogCheck {
     fn of(check: &rist::fit::doctor::LogCheck) -> LogCheck {
-        let joints = check.joints.iter().map(|j| (j.coordinate.clone(), j.slope, j.share, j.explained, j.range));
+        let joints = check.joints.iter().map(|j| (j.coordinate.clone(), j.slope, j.share, j.explained, j.range()));
         let claims: Vec<String> = claims_of_log(check, &[]).iter().map(claim_line).collect();
         let state = (
             for_python(&check.to_string()),

@@ -94,7 +94,11 @@ mod tests {
         let section = Section {
             heading: "Errors of <j1>".into(),
             text: vec!["one sentence".into()],
-            charts: vec![Chart::new("errors", ("m", "m")).true_to_scale().line("before", "b", &[(0.0, 1.0), (1.0, 2.0)])],
+            charts: vec![Chart::new("errors", ("m", "m")).true_to_scale().line(
+                "before",
+                "b",
+                &[(0.0, 1.0), (1.0, 2.0)],
+            )],
             heads: vec!["name", "value"],
             rows: vec![vec!["r4".into(), "<0.5>".into()]],
         };
@@ -110,7 +114,9 @@ mod tests {
         let origin = Origin { model: Some("a.urdf"), date: None, version: "1", command: "rist calibrate" };
         let html = page.html(&origin);
         assert!(html.starts_with("<!doctype html>") && !html.contains("could not be made"), "{html}");
-        assert!(html.contains("Errors of &lt;j1&gt;") && html.contains("<td>&lt;0.5&gt;</td>") && !html.contains("<j1>"));
+        assert!(
+            html.contains("Errors of &lt;j1&gt;") && html.contains("<td>&lt;0.5&gt;</td>") && !html.contains("<j1>")
+        );
         assert_eq!((html.matches("<table>").count(), html.matches("class=\"chart").count()), (1, 2), "{html}");
         assert!(html.contains("<dd>a.urdf</dd>") && !html.contains("<dt>date</dt>"));
     }

@@ -10,12 +10,15 @@ use calibration::{calibrated_yaml, design, inspected, ur_kinematics, zeros_table
 use clap::Args;
 use rist::fit::verdict::Trust;
 use rist::output::check_output;
+use rist::page::Origin;
+use rist::request::spelling::{Audience, spelled};
 use rist::{AngleSnapping, ModelOptions, Robot, parse_robot, text_of};
 
 use crate::artefact::{read_estimate, write_file};
 use crate::failure::Failure;
 use crate::flags::Flags;
 use crate::model::ModelArguments;
+use crate::report::{command, origin};
 use crate::terminal::{at_work, note, print_result};
 
 /// Calibrate the geometry of a robot from measured poses, points or distances
@@ -59,6 +62,14 @@ pub(crate) struct Arguments {
     /// Write the zeros of the joints as a table
     #[arg(long, value_name = "FILE")]
     write_zeros: Option<PathBuf>,
+
+    /// Write an HTML page with the verdict, the errors before and after, and the calibrated parameters
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+
+    /// The date on the page of --report, in any form
+    #[arg(long, requires = "report")]
+    date: Option<String>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -66,8 +77,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Some(path) = &arguments.postures else { return without_table(arguments, &request) };
     let of_user = [&arguments.model.model, path].into_iter().chain(&arguments.estimate);
     let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
-    let Arguments { out, write_urdf, write_yaml, write_ur, write_zeros, .. } = arguments;
-    let mut outputs = [out, write_urdf, write_yaml, write_ur, write_zeros].into_iter().flatten();
+    let Arguments { out, write_urdf, write_yaml, write_ur, write_zeros, report, .. } = arguments;
+    let mut outputs = [out, write_urdf, write_yaml, write_ur, write_zeros, report].into_iter().flatten();
     outputs.try_for_each(|out| check_output(out, &inputs))?;
     let (robot, found) = calibrated(arguments, path, &request)?;
     print_result(&found, || Ok(found.to_json()))?;
@@ -76,6 +87,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     if let Some(out) = write_zeros {
         write_file(out, zeros_table(&found, found.level()))?;
+    }
+    if let Some(out) = report {
+        let (command, path) = (command(), arguments.model.model.display().to_string());
+        let origin = Origin { model: Some(&path), ..origin(arguments.date.as_deref(), &command) };
+        write_file(out, spelled(&found.page(&robot, &origin), Audience::Program))?;
     }
     write_descriptions(arguments, &request, &robot, &found)?;
     match found.verdict.trust {

@@ -21,6 +21,7 @@ mod laws;
 mod level;
 mod measurement;
 mod mistakes;
+mod page;
 mod parameter;
 mod pose_table;
 mod report;

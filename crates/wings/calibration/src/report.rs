@@ -81,8 +81,8 @@ impl Calibration {
         })
     }
 
-    fn parameter_line(&self, p: &CalibratedParameter) -> String {
-        // Small lengths and angles are readable in mm and mrad.
+    /// Name, value, half of the 95 % interval and unit of a parameter. Small lengths and angles are readable in mm and mrad.
+    pub(crate) fn parameter_cells(&self, p: &CalibratedParameter) -> [String; 4] {
         let (factor, unit) = match p.unit {
             "m" => (1e3, "mm"),
             "rad" => (1e3, "mrad"),
@@ -90,7 +90,7 @@ impl Calibration {
             other => (1.0, other),
         };
         let value = |x: f64| significant(factor * x, DIGITS);
-        format!("{:<28} {:>10} +- {:<10} {unit}", p.name, value(p.value), value(p.interval))
+        [p.name.clone(), value(p.value), value(p.interval), unit.into()]
     }
 
     fn kind(&self) -> String {
@@ -127,7 +127,10 @@ impl fmt::Display for Calibration {
         writeln!(f, "\n{}: error of the description, with its 95 % interval", level.what)?;
         let parameters = self.parameters(level);
         let of_robot = parameters.iter().filter(|p| p.parameter.group() != ParameterGroup::Frames);
-        of_robot.into_iter().try_for_each(|p| writeln!(f, "{}", self.parameter_line(p)))?;
+        of_robot.into_iter().try_for_each(|p| {
+            let [name, value, interval, unit] = self.parameter_cells(p);
+            writeln!(f, "{name:<28} {value:>10} +- {interval:<10} {unit}")
+        })?;
         let grouped = level.base.grouped.len();
         if grouped > 0 {
             writeln!(f, "{grouped} other parameters are grouped into these: they are in the result file")?;

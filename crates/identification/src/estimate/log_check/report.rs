@@ -102,7 +102,7 @@ const SHOWN_SLOPE_SHARE: f64 = 0.05;
 
 impl JointCheck {
     /// Range of the positions of the joint, rad (m).
-    pub(crate) fn range(&self) -> f64 {
+    pub fn range(&self) -> f64 {
         self.positions.1 - self.positions.0
     }
 
