@@ -10,7 +10,8 @@ use crate::terminal::print;
 
 /// Write a robot description and two logs of the robot, to try the program with
 ///
-/// The robot is a UR5, described by a URDF. The logs are simulated, with a gripper of 2 kg that is not in the URDF.
+/// The robot is a UR5, described by a URDF. The logs are simulated, with a gripper of 2 kg that is not in the URDF. The poses
+/// are simulated too, of a UR5 with errors of its geometry, for `rist calibrate`.
 #[derive(Args)]
 pub(crate) struct Arguments {
     /// Directory for the files; it is created if it does not exist
@@ -21,10 +22,10 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let paths: Vec<String> =
         write_example(&arguments.directory)?.iter().map(|path| path.display().to_string()).collect();
-    let [robot, log, other] = paths.as_slice() else {
+    let [robot, log, other, poses] = paths.as_slice() else {
         return Err(Failure::new("the example has lost a file: please report it"));
     };
     print(&format!(
-        "wrote {robot}, {log} and {other}\nnext: rist identify {robot} {log} --validate {other} --report ur5.html\n"
+        "wrote {robot}, {log}, {other} and {poses}\nnext: rist identify {robot} {log} --validate {other} --report ur5.html\n"
     ))
 }

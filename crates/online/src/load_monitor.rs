@@ -17,8 +17,9 @@ use crate::real::Real;
 pub struct LoadDecision<R> {
     /// Time for which the contact must last, s.
     pub time: R,
-    /// Time after the beginning of contact in which torques are not used, s. In this time, the torque of a load that appears at
-    /// once is not yet filtered in the same way as the columns of the load. Usual: five time constants of the observer.
+    /// Time after the beginning of contact in which torques are not used, s. The filter of the observer answers to a load that
+    /// appears suddenly with a transient, which the columns H of the load do not have. Usual: five time constants of the
+    /// observer, after which the transient is over.
     pub settling: R,
     /// Time constant of the mean square of the normalised residual after the new load, s.
     pub memory: R,

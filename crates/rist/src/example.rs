@@ -1,4 +1,4 @@
-//! Example files that are built into the program: a UR5 description and two logs, from docs/ur5.
+//! Example files that are built into the program: a UR5 description, two logs and measured poses, from docs/ur5.
 
 use std::path::{Path, PathBuf};
 
@@ -7,11 +7,13 @@ use gate::source::glance;
 use crate::error::Error;
 use crate::output::{check_output, write_file};
 
-/// Name and content of each file: a description, a log to identify from, and a log to validate with.
-pub const FILES: [(&str, &str); 3] = [
+/// Name and content of each file: a description, a log to identify from, a log to validate with, and measured poses to calibrate
+/// the geometry with.
+pub const FILES: [(&str, &str); 4] = [
     ("ur5.urdf", include_str!("../../../models/ur5.urdf")),
     ("log.csv", include_str!("../../../docs/ur5/log.csv")),
     ("other.csv", include_str!("../../../docs/ur5/other.csv")),
+    ("poses.csv", include_str!("../../../docs/ur5/poses.csv")),
 ];
 
 /// Writes the example files into `directory` and returns the paths of the files. The directory is created if necessary.

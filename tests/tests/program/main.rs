@@ -4,6 +4,7 @@ mod as_given;
 #[cfg(unix)]
 mod brought_along;
 mod calibrate;
+mod calibration_example;
 mod chromium;
 mod command_line;
 mod digits;

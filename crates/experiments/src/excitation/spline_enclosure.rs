@@ -1,13 +1,13 @@
 //! Proved bounds of a quintic spline and its derivatives on an interval of time.
 //!
 //! The k-th derivative is a spline of degree p = 5 - k on the same knots t_i (in spans; K spans in T seconds). Its control points
-//! Q' are differences of the control points Q of derivative k - 1:
+//! Q give the control points Q' of the next derivative, k + 1:
 //!
 //! Q_i' = p (Q_{i+1} - Q_i) / (t_{i+6} - t_{i+k+1}) K/T   [Piegl, Tiller 1997, section 3.3]
 //!
-//! On an interval [a, b] inside a span, the derivative is between the least and the greatest of the control points after knot
-//! insertion at a and b: the polar form with p - j arguments a and j arguments b [Ramshaw 1989]. All computations use interval
-//! arithmetic.
+//! On an interval [a, b] inside a span, the derivative is between the least and the greatest of its p + 1 control points on [a,
+//! b], which knot insertion gives. Control point j (0 to p) is the polar form with p - j arguments a and j arguments b
+//! [Ramshaw 1989]. All computations use interval arithmetic.
 
 use numerics::interval::Interval;
 

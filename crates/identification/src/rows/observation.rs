@@ -265,7 +265,8 @@ impl Observation {
         Observation { parts: self.parts.iter().map(part).collect(), ..self.seen() }
     }
 
-    /// A copy of the ranges and log numbers, without the triangles.
+    /// A copy without the triangles: for each joint the range of positions, speed, effort, bandwidth and standstill, the cut-off,
+    /// and for each part the index of its log.
     fn seen(&self) -> Observation {
         Observation {
             parts: Vec::new(),

@@ -239,9 +239,10 @@ impl<'a> TriedVariant<'a> {
         Ok(Fitted { fit, faults })
     }
 
-    /// Ends the search: returns the log check, the fit, and a sentence on each outlier of the residual in time.
+    /// Ends the search. Returns the log check, the fit, and one sentence for each interval of time in which the residual of a
+    /// joint is an outlier.
     ///
-    /// Fails like [`TriedVariant::fitted`].
+    /// Fails if the fit fails.
     pub(crate) fn finish(mut self) -> Result<(LogCheck, Fitted, Vec<String>), Error> {
         let fitted = match self.fitted.take() {
             Some(fitted) => fitted,

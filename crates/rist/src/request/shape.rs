@@ -41,7 +41,8 @@ pub enum Flag {
 }
 
 impl ValueShape {
-    /// The form of a type that has no fixed words and is no file; `check` fails for invalid texts.
+    /// The form of a value that is one text, such as a number or a name. Types with a fixed list of words and types that are
+    /// files have forms of their own. `check` fails for an invalid text.
     pub fn plain(
         expected: &str,
         python: &str,

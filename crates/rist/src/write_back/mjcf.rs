@@ -75,8 +75,8 @@ pub(super) fn file_poses(robot: &Robot) -> Vec<Pose> {
     poses.iter().zip(&robot.links).map(|(pose, link)| pose.compose(&body_frame(link))).collect()
 }
 
-/// The pose in the link frame of the frame that the user's file gives the link's body. In an MJCF, the joint (and so the link
-/// frame) may be at another point than the origin of the body.
+/// The pose of the body frame of a link, relative to the link frame. The body frame is the frame of the `<body>` element in the
+/// user's file. In an MJCF, the joint (and so the link frame) may be at another point than the origin of the body.
 fn body_frame(link: &Link) -> Pose {
     link.frames.iter().find(|(name, _)| *name == link.name).map_or(link.file_frame, |(_, pose)| *pose)
 }

@@ -105,6 +105,12 @@ impl Calibration {
         (0..self.problem.postures.len()).flat_map(of_posture).collect()
     }
 
+    /// The view from the side with the errors as arrows, as an SVG file; `None` without measured points.
+    pub fn picture(&self, robot: &Robot) -> Option<String> {
+        let views = self.arrows(robot, &self.point_errors())?;
+        Some(views.charts.first()?.alone())
+    }
+
     /// Two views of the robot with the errors as arrows; `None` without measured points.
     fn arrows(&self, robot: &Robot, points: &[PointError]) -> Option<Section<'static>> {
         let largest = points.iter().map(|p| p.errors[0].norm()).fold(0.0, f64::max);

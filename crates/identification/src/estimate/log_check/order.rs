@@ -75,9 +75,9 @@ impl ChangeSearch<'_> {
 }
 
 impl ChangeSearch<'_> {
-    /// The best of the exchanges in `hidden`, as a suspicion (suspected fault); `None` if no exchange reduces the misfit by
-    /// enough. The exchanges in `hidden` are not detected by the search, because they change the torques too little.
-    /// `as_it_is`: regression of the unchanged log.
+    /// The best exchange of `hidden`, as a suspicion (suspected fault); `None` if no exchange reduces the misfit by enough.
+    /// `hidden`: pairs of joints, or of limbs, all of whose signals are exchanged in the log. The search does not try these
+    /// exchanges, because such joints have similar bodies and so similar torques. `as_it_is`: regression of the unchanged log.
     pub(super) fn exchanged(&self, as_it_is: &[Partial], hidden: &[[Vec<usize>; 2]]) -> Option<Suspicion> {
         let mean = |misfits: &[f64]| misfits.iter().sum::<f64>() / misfits.len().max(1) as f64;
         let before = mean(&misfits(as_it_is, as_it_is, &[], self.scale));
