@@ -81,6 +81,42 @@ fn limits_of(model: &Model, k: usize) -> Option<(f64, f64)> {
     model.robot.coordinates[k].limits.position.filter(|(low, high)| high > low && (high - low).is_finite())
 }
 
+/// A form of the positions of some joints, the options that convert it, and the log check with these options.
+struct Tried {
+    form: Fault,
+    joints: Vec<usize>,
+    options: Options,
+    found: LogCheck,
+}
+
+/// The form with which the description explains the log best, without a gross finding; `None` if there is no such form. All
+/// joints are tried first. The joints `beyond` their limits alone must explain the log clearly better than all joints.
+fn best_form(
+    model: &Model,
+    options: &Options,
+    log_check: &LogCheck,
+    beyond: &[usize],
+    again: impl Fn(&Options) -> Result<LogCheck, Error>,
+) -> Result<Option<Tried>, Error> {
+    let n = log_check.joints.len();
+    let mut best: Option<Tried> = None;
+    for joints in [(0..n).collect(), beyond.to_vec()] {
+        let mut least = best.as_ref().map_or(f64::INFINITY, |best| best.found.unexplained() / AS_WELL_RATIO);
+        for form in FORMS {
+            let Some(options) = converting(model, options, log_check, (form, &joints)) else { continue };
+            let found = again(&options)?;
+            if found.unexplained() < least && !found.is_gross() {
+                least = found.unexplained();
+                best = Some(Tried { form, joints: joints.clone(), options, found });
+            }
+        }
+        if beyond.len() == n {
+            break;
+        }
+    }
+    Ok(best)
+}
+
 /// Replaces the findings of a log check by "positions are normalised" or "in mm", if positions are beyond the limits and this
 /// explains the log. If the torques do not show the form, adds the finding that the positions are beyond the limits. `again`:
 /// checks the log with other options.
@@ -100,26 +136,10 @@ pub(super) fn look_for_shares(
     if beyond.is_empty() {
         return Ok(());
     }
-    let mut best: Option<(Fault, Vec<usize>, Options, LogCheck)> = None;
-    // All joints are tried first. The joints beyond their limits alone must explain the log clearly better than all joints.
-    for joints in [(0..n).collect(), beyond.clone()] {
-        let bar = best.as_ref().map_or(f64::INFINITY, |(.., check)| check.unexplained() / AS_WELL_RATIO);
-        let mut least = bar;
-        for form in FORMS {
-            let Some(options) = converting(model, options, log_check, (form, &joints)) else { continue };
-            let found = again(&options)?;
-            if found.unexplained() < least && !found.is_gross() {
-                least = found.unexplained();
-                best = Some((form, joints.clone(), options, found));
-            }
-        }
-        if beyond.len() == n {
-            break;
-        }
-    }
+    let best = best_form(model, options, log_check, &beyond, again)?;
     // Without a contradiction in the torques, a form must explain them clearly better.
     let needed = if log_check.is_gross() { f64::INFINITY } else { log_check.unexplained() / AS_WELL_RATIO };
-    let Some((form, joints, shares, found)) = best.filter(|(.., found)| found.unexplained() < needed) else {
+    let Some(Tried { form, joints, options: shares, found }) = best.filter(|t| t.found.unexplained() < needed) else {
         if !log_check.is_gross() {
             let found: Vec<Finding> = beyond.iter().map(|&k| beyond_limits(model, log_check, k)).collect();
             log_check.findings.extend(found);
