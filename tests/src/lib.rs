@@ -69,7 +69,7 @@ pub fn text_of(file: &str) -> String {
     std::fs::read_to_string(workspace().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))
 }
 
-/// The lines of a Markdown text inside of fences that open with exactly this line, for example "```sh".
+/// The lines of the code blocks of a Markdown text that begin with exactly the line `opening`.
 pub fn fenced<'a>(text: &'a str, opening: &str) -> Vec<&'a str> {
     let mut is_inside = None;
     let mut lines = Vec::new();

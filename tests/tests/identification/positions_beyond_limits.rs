@@ -83,11 +83,11 @@ fn a_finger_in_another_form_is_named_and_its_remedy_holds() {
     }
 }
 
-/// A finger of one gram leaves no trace in the torques, so the log does not show whether the limits or the positions are wrong.
+/// A finger of a milligram leaves no trace in the torques, so the log does not show whether the limits or the positions are wrong.
 #[test]
 fn positions_beyond_the_limits_are_said_where_no_torque_shows_why() {
     let here = folder("beyond_limits");
-    let light = arm(&here, 1e-3, [LOW, HIGH]);
+    let light = arm(&here, 1e-6, [LOW, HIGH]);
     let share = |q: f64| (q - LOW) / (HIGH - LOW);
     let found = findings(&here, &light, share, &Options::default());
     let [only] = found.as_slice() else { panic!("{found:#?}") };
@@ -100,4 +100,16 @@ fn positions_beyond_the_limits_are_said_where_no_torque_shows_why() {
     let found = findings(&here, &narrow, |q| q, &Options::default());
     let [only] = found.as_slice() else { panic!("{found:#?}") };
     assert!(matches!(only.fault, Fault::BeyondLimits(..)), "{only}");
+}
+
+/// If the finger is light and has no friction, positions between 0 and 100 may be mm or a share of the range: both are said.
+#[test]
+fn two_forms_that_explain_a_log_alike_are_both_said() {
+    let here = folder("finger_mm_or_share");
+    let model = arm(&here, 0.05, [0.0, 0.1]);
+    let shifted = |q: f64| 1e3 * (q + 0.05);
+    let found = findings(&here, &model, shifted, &Options::default());
+    let faults: Vec<(Fault, usize)> = found.iter().map(|f| (f.fault, f.instead)).collect();
+    assert_eq!(faults, [(Fault::Normalised(0, 100), 0), (Fault::Millimetres, 1)], "{found:#?}");
+    assert!(found[1].to_string().starts_with("or else the position of finger is in mm"), "{}", found[1]);
 }

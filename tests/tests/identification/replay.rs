@@ -121,12 +121,10 @@ fn pushes_and_loads_are_found_and_told_apart() {
     // The result of one random log may deviate by four standard deviations. The standard deviation itself must be small enough
     // to be useful.
     assert!((mass - tool.mass).abs() < 4.0 * sigma && sigma < 0.06, "{found}");
-    // The estimate half a second after the load appeared: mass within 3 %, centre within 5 mm where the motion determines it.
+    // Half a second after the load appeared, this slow motion does not determine the mass yet, and the standard deviations say
+    // so. The bench `online` has the errors of loads whose mass is determined then.
     let early = picked.early.unwrap_or_else(|| panic!("{picked:?}"));
-    assert!((early.parameters[9] / tool.mass - 1.0).abs() < 0.03, "{early:?}");
-    for (c, truth) in tool.centre_of_mass.iter().enumerate().filter(|(c, _)| early.is_determined[6 + c]) {
-        assert!((early.parameters[6 + c] / early.parameters[9] - truth).abs() < 5e-3, "{early:?}");
-    }
+    assert!(!early.is_determined[9] && (early.parameters[9] - tool.mass).abs() < 2.0 * early.sigma[9], "{early:?}");
     assert!(picked.is_held() && !put.is_held(), "{found}");
     for (found, truth) in picked.centre().iter().zip(tool.centre_of_mass) {
         assert!(found.is_none_or(|found| (found - truth).abs() < 0.01), "{picked:?}");

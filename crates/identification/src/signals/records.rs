@@ -58,8 +58,7 @@ struct Stream<'a> {
     /// Index of the log among all logs, from 0.
     number: usize,
     preparation: Box<Preparation>,
-    /// Time by which a block overlaps its neighbouring blocks, s. Within this time, the effect of the start of the filter
-    /// decays.
+    /// Time by which a block overlaps its neighbours, s. Within this time, the effect of the start of the filter decays.
     overlap: f64,
 }
 
@@ -395,8 +394,8 @@ mod tests {
         let text = std::fs::read_to_string(&path).unwrap();
         std::fs::write(&path, &text[..text.len() / 2]).unwrap();
         let (arm, options) = (Pendulum::new(), Options::default());
-        let failed = SourceRecords::new(&arm, &logs, &options.preparation()).err().unwrap().to_string();
-        assert!(failed.contains("changes while it is read"), "{failed}");
+        let failed = SourceRecords::new(&arm, &logs, &options.preparation()).err().unwrap();
+        assert!(failed.to_string().contains("changes while it is read"), "{failed}");
         std::fs::remove_file(path).unwrap();
     }
 }

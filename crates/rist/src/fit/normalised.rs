@@ -16,12 +16,13 @@ use identification::estimate::options::Options;
 use crate::describe::model::Model;
 use crate::error::Error;
 
-/// The forms that are tried: normalised positions from and to, and mm.
+/// The forms that are tried: normalised positions from and to, and mm. If several forms explain a log, the first one is the
+/// simplest: the positions then use most of its range.
 const FORMS: [Fault; 5] = [
-    Fault::Normalised(-100, 100),
-    Fault::Normalised(0, 100),
-    Fault::Normalised(-1, 1),
     Fault::Normalised(0, 1),
+    Fault::Normalised(-1, 1),
+    Fault::Normalised(0, 100),
+    Fault::Normalised(-100, 100),
     Fault::Millimetres,
 ];
 /// A position is beyond the limits if it exceeds them by this share of the range between them. Limits of descriptions are often
@@ -87,10 +88,13 @@ struct Tried {
     joints: Vec<usize>,
     options: Options,
     found: LogCheck,
+    /// Whether mm explain the log as well, and their options.
+    or_millimetres: Option<Options>,
 }
 
-/// The form with which the description explains the log best, without a gross finding; `None` if there is no such form. All
-/// joints are tried first. The joints `beyond` their limits alone must explain the log clearly better than all joints.
+/// The first form with which the description explains the log, without a gross finding, as well as with any other form; `None`
+/// if there is no such form. All joints are tried first. The joints `beyond` their limits alone must explain the log clearly
+/// better than all joints.
 fn best_form(
     model: &Model,
     options: &Options,
@@ -101,15 +105,29 @@ fn best_form(
     let n = log_check.joints.len();
     let mut best: Option<Tried> = None;
     for joints in [(0..n).collect(), beyond.to_vec()] {
-        let mut least = best.as_ref().map_or(f64::INFINITY, |best| best.found.unexplained() / AS_WELL_RATIO);
+        let mut tried = Vec::new();
         for form in FORMS {
             let Some(options) = converting(model, options, log_check, (form, &joints)) else { continue };
             let found = again(&options)?;
-            if found.unexplained() < least && !found.is_gross() {
-                least = found.unexplained();
-                best = Some(Tried { form, joints: joints.clone(), options, found });
+            if !found.is_gross() {
+                tried.push(Tried { form, joints: joints.clone(), options, found, or_millimetres: None });
             }
         }
+        let misfit = |tried: &Tried| tried.found.unexplained();
+        let least = tried.iter().map(misfit).fold(f64::INFINITY, f64::min);
+        let is_better = best.as_ref().is_none_or(|best| least < misfit(best) / AS_WELL_RATIO);
+        tried.retain(|tried| misfit(tried) <= AS_WELL_RATIO * least);
+        // mm are the last form.
+        let or_millimetres = tried.pop_if(|last| last.form == Fault::Millimetres);
+        let or_millimetres = match tried.first_mut() {
+            Some(first) => {
+                first.or_millimetres = or_millimetres.map(|other| other.options);
+                None
+            }
+            None => or_millimetres,
+        };
+        let first = tried.into_iter().next().or(or_millimetres);
+        best = if is_better { first.or(best) } else { best };
         if beyond.len() == n {
             break;
         }
@@ -139,7 +157,9 @@ pub(super) fn look_for_shares(
     let best = best_form(model, options, log_check, &beyond, again)?;
     // Without a contradiction in the torques, a form must explain them clearly better.
     let needed = if log_check.is_gross() { f64::INFINITY } else { log_check.unexplained() / AS_WELL_RATIO };
-    let Some(Tried { form, joints, options: shares, found }) = best.filter(|t| t.found.unexplained() < needed) else {
+    let Some(Tried { form, joints, options: shares, found, or_millimetres }) =
+        best.filter(|t| t.found.unexplained() < needed)
+    else {
         if !log_check.is_gross() {
             let found: Vec<Finding> = beyond.iter().map(|&k| beyond_limits(model, log_check, k)).collect();
             log_check.findings.extend(found);
@@ -155,10 +175,14 @@ pub(super) fn look_for_shares(
     let evidence = "so the limits of the description make radians and metres of them".into();
     let names = |joints: &[usize]| joints.iter().map(|&k| log_check.joints[k].coordinate.clone()).collect();
     let named = if joints.len() == n { Vec::new() } else { names(&joints) };
-    let finding = Finding { tried: Some(left), ..Finding::of(form, named, evidence, remedy) };
+    let finding = Finding { tried: Some(left), ..Finding::of(form, named.clone(), evidence, remedy) };
+    let other = or_millimetres.map(|other| {
+        let remedy = other.remedy_added_to(options).unwrap_or_default();
+        Finding { instead: 1, ..Finding::of(Fault::Millimetres, named, "the torques do not show which".into(), remedy) }
+    });
     // Findings that are not gross (they allow an estimate) are in the new check again. Findings that other bodies also explain
     // are dropped, since they would need another check.
-    let explanation = std::iter::once(finding).chain(found.findings).collect();
+    let explanation = std::iter::once(finding).chain(found.findings).chain(other).collect();
     match others.is_some_and(|other| other < AS_WELL_RATIO * left[1]) {
         true => log_check.put_before(explanation),
         false => {

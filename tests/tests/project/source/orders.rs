@@ -202,6 +202,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 28] = [
             "excitation",
             "experiments",
             "identification",
+            "sections",
         ],
     ),
     (
@@ -260,6 +261,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 28] = [
             "torques",
             "write_back",
             "report",
+            "page",
         ],
     ),
     (
@@ -333,7 +335,6 @@ pub(crate) const ORDERS: [(&str, &[&str]); 28] = [
             "artefact",
             "verdict",
             "check",
-            "calibration",
             "columns",
             "convert",
             "doctor",
@@ -343,6 +344,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 28] = [
             "generate",
             "formulas",
             "report",
+            "calibration",
             "identify",
             "fleet",
             "excite",
