@@ -380,8 +380,7 @@ mod tests {
         let (rest, repeated) = (held.rest, held.repeated);
         // The clock step of a segment differs from the clock step of the whole log in the last digits only.
         assert!((streamed.refresh.motion / held.refresh.motion - 1.0).abs() < 1e-9);
-        let refresh = held.refresh;
-        let counts = LogReport { clock, rest, repeated, refresh, ..streamed.clone() };
+        let counts = LogReport { clock, rest, repeated, refresh: held.refresh, ..streamed.clone() };
         assert_eq!(counts, *held);
         assert_eq!((streamed.clock.gaps, streamed.left_out.clock_backwards, streamed.left_out.not_finite), (1, 1, 4));
         std::fs::remove_file(path).unwrap();

@@ -129,8 +129,8 @@ impl Calibration {
             Chart::new(title, (AXES[plane[0]], AXES[plane[1]]))
                 .true_to_scale()
                 .line("robot", "c", &links.iter().map(flat).collect::<Vec<_>>())
-                .pieces("before", "b", arrows(0))
-                .pieces("after", "a", arrows(1))
+                .pieces("before", "a", arrows(0))
+                .pieces("after", "b", arrows(1))
         };
         Some(Section {
             heading: "Errors on the robot".into(),
@@ -200,7 +200,7 @@ fn postures(series: &[(ResidualKind, [Vec<(f64, f64)>; 2])]) -> Section<'_> {
             ResidualKind::Length => ("Errors of positions", "error, mm"),
             ResidualKind::Angle => ("Errors of orientations", "error, mrad"),
         };
-        Chart::new(title, ("posture", axis)).with_zero().dots("before", "b", before).dots("after", "a", after)
+        Chart::new(title, ("posture", axis)).with_zero().dots("before", "a", before).dots("after", "b", after)
     });
     Section { heading: "Errors by posture".into(), charts: charts.collect(), ..Section::default() }
 }
