@@ -29,13 +29,13 @@ use crate::work::work;
 /// >>> rist.calibrate("arm.urdf", design=20)["csv"]
 ///
 /// Options:
-/// - what: What is fitted besides base, tool and markers [default: 'geometry']
-/// - gears: Joints whose scales (gear ratios) are fitted too
-/// - tip: Link that is measured: the end of the chain. By default the link with most joints before it
+/// - what: Errors to fit, in addition to the frames of base, tool and markers [default: 'geometry']
+/// - gears: Joints whose scale (gear ratio) is fitted too
+/// - tip: The measured link, at the end of the chain [default: the link with most joints before it]
 /// - touched: What the tool touched at each posture, for a table without measurements
-/// - names: How errors of the geometry are named: by default frames for a URDF and dh for others
-/// - design: Number of postures to choose where no table is given: those that determine the parameters best
-/// - measured: What will be measured at these postures [default: 'pose']
+/// - names: How the errors of the geometry are named [default: frames for a URDF, dh for other descriptions]
+/// - design: Number of postures to choose if no table is given. The chosen postures determine the parameters best
+/// - measured: What will be measured at the postures of design= [default: 'pose']
 /// - options: YAML with the columns of the table, and with corrections of its numbers
 #[pyfunction]
 #[pyo3(signature = (model, postures=None, estimate=None, **options), text_signature = "(model, postures=None, estimate=None, *, what='geometry', gears=None, tip=None, touched=None, names=None, design=None, measured='pose', options=None)")]

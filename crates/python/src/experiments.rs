@@ -26,20 +26,22 @@ use crate::work::{alone, work};
 ///
 /// Options:
 /// - experiments: Number of experiments [default: 8]
-/// - criterion: What the plan makes best [default: 'determinant']
-/// - profile: Acceleration within a swing [default: 'bang-bang']
-/// - steps: Configurations of the grid per coordinate [default: 5]
-/// - configurations: Maximum number of configurations per kind of motion [default: 60]
-/// - limits: YAML with tighter limits, and with the room of the bodies, as for `rist excite`
-/// - effort_share: Share of the limits of effort that the torque of the description may use [default: 0.9]
-/// - duration: Seconds recorded in one experiment [default: 4.0]
+/// - criterion: What the choice of the experiments optimises [default: 'determinant']
+/// - profile: Profile of the acceleration within a swing, which is a motion between two positions and back
+///   [default: 'bang-bang']
+/// - steps: Number of grid positions of each coordinate [default: 5]
+/// - configurations: Maximum number of configurations for each kind of motion [default: 60]
+/// - limits: YAML with tighter limits of joints and bodies, as for limits= of `rist excite`
+/// - effort_share: Share of the limits of effort that the torque computed from the description may use [default:
+///   0.9]
+/// - duration: Recorded time of one experiment, s [default: 4.0]
 /// - rate: Sample rate of the controller, Hz [default: 1000.0]
-/// - starts: Starts of the search [default: 12]
+/// - starts: Number of starts of the search [default: 12]
 /// - seed: Seed of the random starts; the same seed gives the same plan [default: 1]
-/// - nodes: Maximum number of nodes of a branch and bound, 0 for none. It improves the plan and proves how far
-///   from the best it can be. It ends where the D-efficiency is within 0.001 of the best. The proof is written
-///   into the plan [default: 0]
-/// - progress: Called with (done, all, text) as work goes on
+/// - nodes: Maximum number of nodes of a branch-and-bound search; 0: no such search. The search improves the
+///   plan, and proves how far the plan can be from the best plan. It ends when the D-efficiency is within 0.001
+///   of the best. The proof is written into the plan [default: 0]
+/// - progress: Called with (done, all, text) during the work
 #[pyfunction]
 #[pyo3(signature = (model, **options), text_signature = "(model, *, experiments=8, criterion='determinant', profile='bang-bang', steps=5, configurations=60, limits=None, effort_share=0.9, duration=4.0, rate=1000.0, starts=12, seed=1, nodes=0, progress=None)")]
 pub fn plan(py: Python<'_>, model: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<ExperimentPlan> {
@@ -68,14 +70,15 @@ pub fn plan(py: Python<'_>, model: &Bound<'_, PyAny>, options: Option<&Bound<'_,
 ///
 /// Options:
 /// - validation: Number of validation motions [default: 10]
-/// - gain: Torque per unit of current of a drive, N m/A [default: as the file says; where one is known, 1 for the
-///   others]
-/// - load: A known load (as of `rist identify`): every experiment is done again with it, e01_loaded.csv, ..
-/// - feedforward: Of which the controller computes its torques
+/// - gain: Drive gain (torque per current), N m/A [default: as in the file; if only some gains are known, 1 for
+///   the others]
+/// - load: A known load, in a file as for load= of `rist identify`. Every experiment is repeated with this load:
+///   e01_loaded.csv, ..
+/// - feedforward: Estimate from which the controller computes feedforward torques
 /// - seed: Seed of the noise; the same seed gives the same logs [default: 1]
-/// - noise_free: Neither noise nor rounding of the sensors [default: False]
-/// - out: The directory that the logs are written to
-/// - progress: Called with (done, all, text) as work goes on
+/// - noise_free: Simulate sensors without noise and without rounding [default: False]
+/// - out: Directory to which the logs are written
+/// - progress: Called with (done, all, text) during the work
 #[pyfunction]
 #[pyo3(signature = (model, plan, **options), text_signature = "(model, plan, *, validation=10, gain=None, load=None, feedforward=None, seed=1, noise_free=False, out=None, progress=None)")]
 pub fn simulate<'py>(
@@ -204,30 +207,35 @@ fn samples<'py>(py: Python<'py>, n: usize, series: &[Vec<f64>]) -> PyResult<Boun
 ///
 /// Options:
 /// - motion: The form of the motion [default: 'fourier']
-/// - period: Seconds of a period, of a spline from rest to rest [default: by the limits, 5 to 20]
-/// - frequency: Base frequency, Hz: one over the period
-/// - harmonics: Harmonics of the base frequency [default: by the limits and the period, 5 to 8; 5 of more than 8
-///   joints]
-/// - spans: Spans of a spline: the more, the freer, and the longer the search [default: by the limits, 8 to 30]
-/// - repetitions: Whole periods between the blends; times that a spline is played [default: 3]
-/// - blend: Seconds from rest to the series, and back to rest [default: by the limits]
+/// - period: Period of the series, or duration of a spline from rest to rest, s [default: from the limits, 5 to
+///   20]
+/// - frequency: Base frequency of the series, Hz: the inverse of period=. Give only one of the two options
+/// - harmonics: Number of harmonics of the base frequency [default: from the limits and the period, 5 to 8; 5 for
+///   more than 8 joints]
+/// - spans: Number of polynomial segments (spans) of a spline. With more spans the motion is freer, and the
+///   search is longer [default: from the limits, 8 to 30]
+/// - repetitions: Number of whole periods between the blends, or of repetitions of a spline [default: 3]
+/// - blend: Duration of the blend from rest to the series, and of the blend back to rest, s [default: from the
+///   limits]
 /// - rate: Sample rate of the file to play and of the log, Hz [default: 200.0]
-/// - limits: YAML with tighter limits: `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk,
-///   effort, power, locked: POSITION, slowed: FACTOR}}`; `all:` has them for every coordinate; `space:` has the
-///   room of the bodies in the base frame, m: `{floor: Z or none, walls: [{point, normal, links}], boxes: [{low,
-///   high, links}], distance: 0.01, own_links: true, accept: [[LINK, LINK, REASON]]}`; `margins:` has the errors
-///   that the proof has room for: `{encoder_zero, tracking, calibration, mesh, payload: {link, mass,
-///   centre_of_mass}}`
-/// - effort_share: Share of the limits of effort and power that the torque of the description may use [default:
-///   0.9]
-/// - friction: Friction columns a joint that the identification will have, as of `rist identify`, or none
-/// - criterion: What the motion makes best [default: 'determinant']
-/// - noise: Noise of a torque sample, as a share of the effort limit [default: 0.01]
-/// - starts: Starts of the search: a third are random, the others begin near the best so far [default: 12]
-/// - iterations: Maximum number of iterations of a start at each weight of the barrier [default: 100]
+/// - limits: YAML with tighter limits. `coordinates: {NAME: {position: [LOW, HIGH], velocity, acceleration, jerk,
+///   effort, power, locked: POSITION, slowed: FACTOR}}` limits single coordinates; `all:` limits every coordinate
+///   in the same way. `space:` limits the bodies, in the base frame, m: `{floor: Z or none, walls: [{point,
+///   normal, links}], boxes: [{low, high, links}], distance: 0.01, own_links: true, accept: [[LINK, LINK,
+///   REASON]]}`. `margins:` has the errors for which the proof must hold too: `{encoder_zero, tracking,
+///   calibration, mesh, payload: {link, mass, centre_of_mass}}`
+/// - effort_share: Share of the limits of effort and power that the computed torque may use [default: 0.9]
+/// - friction: Friction terms of every joint in the later identification. The words and the default are those of
+///   friction= of `rist identify`; auto is not possible
+/// - criterion: What the search of the motion optimises [default: 'determinant']
+/// - noise: Standard deviation of the noise of a torque sample, as a share of the effort limit [default: 0.01]
+/// - starts: Number of starts of the search. A third of them are random; the others begin near the best motion so
+///   far [default: 12]
+/// - iterations: Maximum number of iterations of each start, at each weight of the barrier function for the
+///   limits [default: 100]
 /// - seed: Seed of the random starts; the same seed gives the same motion [default: 1]
-/// - after: The motion shows what this estimate leaves open
-/// - progress: Called with (done, all, text) as work goes on
+/// - after: The motion excites the parameters that this estimate leaves uncertain
+/// - progress: Called with (done, all, text) during the work
 #[pyfunction]
 #[pyo3(signature = (model, **options), text_signature = "(model, *, motion='fourier', period=None, frequency=None, harmonics=None, spans=None, repetitions=3, blend=None, rate=200.0, limits=None, effort_share=0.9, friction=None, criterion='determinant', noise=0.01, starts=12, iterations=100, seed=1, after=None, progress=None)")]
 pub fn excite(
@@ -254,12 +262,12 @@ pub fn excite(
 /// motion, a plan, a table of points (CSV) or a JointTrajectory (YAML, JSON).
 ///
 /// Options:
-/// - limits: Limits of your own that the motion must keep too, as for `rist excite limits=`; those that the file
-///   lacks are not assumed. What a motion may leave out, `space: {floor: none, accept: ..}`, counts in this file
-///   alone
-/// - after: Efforts and powers are proved with its torques instead of the description's
-/// - interpolation: How a controller goes between the points of a table or a JointTrajectory [default: the
-///   smoothest that the points allow]
+/// - limits: YAML with further limits that the motion must keep, in the form of limits= of `rist excite`. A limit
+///   that is not in this file is not assumed. A check is left out (`space: {floor: none, accept: ..}`) only if
+///   this file says so
+/// - after: The torques in the proofs of effort and power follow from this estimate
+/// - interpolation: How the controller interpolates between the points of a table or a JointTrajectory [default:
+///   the smoothest way that the points allow]
 #[pyfunction]
 #[pyo3(signature = (model, motion, **options), text_signature = "(model, motion, *, limits=None, after=None, interpolation=None)")]
 pub fn check(

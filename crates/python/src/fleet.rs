@@ -29,19 +29,20 @@ use crate::work::{alone, work};
 /// >>> estimate = sums.solve()
 ///
 /// Options:
-/// - gain: Torque per unit of current of every drive, N m/A [default: as the description says]
-/// - friction: Friction columns per joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
-///   stribeck=V (V in rad/s), none, or auto, the set that best predicts parts of the logs left out of the fit
-///   [default: viscous,coulomb,offset]
-/// - weights: What rows weigh [default: joint]
-/// - cutoff: Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs]
-/// - order: Order of the Butterworth filter, 0 for none [default: 4]
-/// - rate: Rows per second, of a log without a clock
-/// - decimate: Keep every N-th filtered sample [default: by the cut-off]
-/// - delay: Seconds by which the torques lag the positions, negative where they come before [default: 0]; or
-///   auto: the delay, up to a quarter of a second to both sides, with the smallest residual on rows away from
-///   reversals of their joint. The residual of all rows may be larger with it than without
-/// - options: YAML with any option of an identification; other options override it
+/// - gain: Gain of every drive (torque per current), N m/A [default: as in the description]
+/// - friction: Friction terms of every joint: viscous, coulomb, offset, asymmetric, load, rotor,
+///   smooth-coulomb=V, stribeck=V (V in rad/s), none; or auto, which chooses the terms that best predict held-out
+///   parts of the logs [default: viscous,coulomb,offset]
+/// - weights: Weights of the rows in the fit [default: joint]
+/// - cutoff: Cut-off of the zero-phase low-pass, Hz [default: from the frequency content of the logs]
+/// - order: Order of the Butterworth low-pass; 0: no low-pass [default: 4]
+/// - rate: Rows per second (Hz) of a log without a clock
+/// - decimate: Keep every N-th filtered sample [default: from the cut-off]
+/// - delay: Delay of the torques behind the positions, s; negative if the torques come first [default: 0]. auto:
+///   the delay within +-0.25 s with the smallest residual, on rows away from reversals of their joint. With this
+///   delay, the residual of all rows may be larger than without
+/// - options: YAML with any option of an identification. Other options that are given here replace those of the
+///   file
 #[pyclass(frozen, module = "rist")]
 pub struct Accumulator {
     model: Py<Model>,
@@ -225,9 +226,9 @@ impl Comparison {
 /// Compares the sums of robots with the sums of a reference. robots: sums by name, {"r07": Accumulator, ..}.
 ///
 /// Options:
-/// - of: The parameters that are asked about [default: 'all']
-/// - fdr: False discovery rate: the expected share of unchanged robots among those reported as changed, and of
-///   unchanged parameters among those reported [default: 0.05]
+/// - of: The parameters to compare [default: 'all']
+/// - fdr: False discovery rate: the expected share of unchanged robots among the robots reported as changed, and
+///   of unchanged parameters among the reported parameters [default: 0.05]
 #[pyfunction]
 #[pyo3(signature = (reference, robots, **options), text_signature = "(reference, robots, *, of='all', fdr=0.05)")]
 pub fn compare(

@@ -31,49 +31,55 @@ use crate::work::work;
 /// with the logs of `plan`.
 ///
 /// Options:
-/// - consistent: Physically consistent parameters: only bodies that can exist. Where the log says nothing, they
-///   stay near the bodies of the description [default: False]
-/// - free_bodies: Leave the bodies free where a log is poor, in place of those that can exist where they predict
-///   it better [default: False]
-/// - gain: Torque per unit of current of a drive, N m/A [default: as the file says]. Where only some drives are
-///   given, the others are estimated; q5=11+-2 expects a gain near 11
-/// - arm: A hobby arm or its servo, whose units, zeros and gains are taken where nothing else gives them: so101,
-///   koch, wx250s, vx300s, openmanipulator-x, xm430-w350, ..; with the form of the positions as so101:degrees,
-///   :normalised, :counts or :radians
-/// - unknowns: What is unknown beside the parameters, of all joints: mount, zeros, scales, springs. The estimate
-///   says each with its deviation, and the option or line of the URDF that mends it
-/// - leave_out_contact: Leave out the rows in which the residual is an outlier, such as a contact. The estimate
-///   names them [default: False]
+/// - consistent: Identify physically consistent parameters: every link is a body that can exist. A body that the
+///   logs do not determine stays near the body of the description [default: False]
+/// - free_bodies: Never constrain the links to bodies that can exist. Without this option, the links are
+///   constrained if a log is poor and held-out parts of it are then predicted better [default: False]
+/// - gain: Drive gain (torque per current), N m/A [default: as in the file]. If only some gains are given, the
+///   others are estimated. q5=11+-2: a gain near 11 is expected, with standard deviation 2
+/// - arm: A hobby arm or its servo: so101, koch, wx250s, vx300s, openmanipulator-x, xm430-w350 and others. Units,
+///   zeros and gains of this arm are used where nothing else gives them. The form of the positions may follow the
+///   name: so101:degrees, :normalised, :counts or :radians
+/// - unknowns: What to identify in addition to the parameters, for all joints: mount (of the base), zeros (of the
+///   positions), scales (of the torques), springs. The estimate gives each value with its deviation, and the
+///   option or the line of the URDF that corrects it
+/// - leave_out_contact: Leave out the rows of intervals in which the residual is an outlier, for example during a
+///   contact. The estimate lists these intervals [default: False]
 /// - covariance: Keep the covariance of the parameters in the estimate [default: False]
-/// - loaded_link: The link that carries the load of the logs with a load [default: the last]
-/// - friction: Friction columns per joint: viscous, coulomb, offset, asymmetric, load, rotor, smooth-coulomb=V,
-///   stribeck=V (V in rad/s), none, or auto, the set that best predicts parts of the logs left out of the fit
-///   [default: viscous,coulomb,offset]
-/// - weights: What rows weigh [default: joint]
-/// - cutoff: Cut-off of the zero-phase low-pass, Hz [default: by the frequency content of the logs]
-/// - order: Order of the Butterworth filter, 0 for none [default: 4]
-/// - rate: Rows per second, of a log without a clock
-/// - decimate: Keep every N-th filtered sample [default: by the cut-off]
-/// - delay: Seconds by which the torques lag the positions, negative where they come before [default: 0]; or
-///   auto: the delay, up to a quarter of a second to both sides, with the smallest residual on rows away from
-///   reversals of their joint. The residual of all rows may be larger with it than without
-/// - options: YAML with any option of an identification; other options override it
-/// - load: A known load: YAML with link, mass (kg), centre_of_mass (m) and inertia about it (kg m^2). The logs of
-///   the experiments repeated with it, e01_loaded.csv, .., stand beside the others; no gain need be known
-/// - ripple: Estimate ripple of torque and gain with so many periods a turn, of a coordinate or of all
-/// - spring: Estimate a spring beside the motor of these coordinates, or of all, as one that balances gravity
-///   [default: False]
-/// - eccentric: Estimate by how much the encoders of these coordinates, or of all, are off once a turn [default:
+/// - loaded_link: The link that carries the load in the logs of loaded= [default: the last link]
+/// - friction: Friction terms of every joint: viscous, coulomb, offset, asymmetric, load, rotor,
+///   smooth-coulomb=V, stribeck=V (V in rad/s), none; or auto, which chooses the terms that best predict held-out
+///   parts of the logs [default: viscous,coulomb,offset]
+/// - weights: Weights of the rows in the fit [default: joint]
+/// - cutoff: Cut-off of the zero-phase low-pass, Hz [default: from the frequency content of the logs]
+/// - order: Order of the Butterworth low-pass; 0: no low-pass [default: 4]
+/// - rate: Rows per second (Hz) of a log without a clock
+/// - decimate: Keep every N-th filtered sample [default: from the cut-off]
+/// - delay: Delay of the torques behind the positions, s; negative if the torques come first [default: 0]. auto:
+///   the delay within +-0.25 s with the smallest residual, on rows away from reversals of their joint. With this
+///   delay, the residual of all rows may be larger than without
+/// - options: YAML with any option of an identification. Other options that are given here replace those of the
+///   file
+/// - load: A known load: YAML with link, mass (kg), centre_of_mass (m) and inertia about the centre of mass (kg
+///   m^2). The logs of the experiments with the load, e01_loaded.csv, .., are in the folder of the other logs.
+///   With a load, no gain needs to be known
+/// - ripple: Estimate ripple of torque and gain with this number of periods per turn of the joint, for one
+///   coordinate or for all
+/// - spring: Estimate a spring in parallel with the motor, for example one that balances gravity, for these
+///   coordinates or for all [default: False]
+/// - eccentric: Estimate the error that an encoder has once per turn, for these coordinates or for all [default:
 ///   False]
-/// - elastic: Estimate the springs of these coordinates, or of all; the encoders are at the motors. The equations
-///   end at 10 Hz then, unless cutoff= says otherwise [default: False]
-/// - backlash: Estimate the backlash of these joints, or of all, as elastic= does springs [default: False]
-/// - method: The equations to solve; all but ls and essential need the plan behind the logs [default: 'ls']
-/// - loaded: Logs with a load on the last link, which is identified too
-/// - validate: Logs that are predicted, not fitted, for the verdict
-/// - plan: The plan behind the logs
-/// - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
-///   YAML file that does not say: actuated; a URDF, which cannot say: none]
+/// - elastic: Estimate a spring between motor and link, for these coordinates or for all. It is assumed that the
+///   encoders are at the motors. The equations then end at 10 Hz, unless cutoff= is given [default: False]
+/// - backlash: Estimate the backlash between motor and link, for these coordinates or for all. The assumption and
+///   the equations are as for elastic= [default: False]
+/// - method: Method of identification. All methods except ls and essential need plan=, the plan whose experiments
+///   are in the logs [default: 'ls']
+/// - loaded: Logs with a load on the last link; the load is identified too
+/// - validate: Logs that are not fitted, but predicted, for the verdict
+/// - plan: The plan whose experiments are in the logs
+/// - rotor_inertia: Joints that have a rotor inertia (IA) among their parameters [default: as in the file; if the
+///   file says nothing: actuated for YAML, none for URDF]
 ///
 /// With method="rist-mh", you can also estimate: ripple (periods per turn of all joints, or {"q2": 12}, or {"q2": [6, 12]});
 /// elastic and backlash (True for all joints, or ["q2", "q3"]: springs and gaps between the motors, which have the encoders,
@@ -327,12 +333,12 @@ pub fn _log_check(state: LogCheckState) -> LogCheck {
 ///
 /// Options:
 /// - options: YAML with any option of an identification
-/// - gain: Torque per unit of current of a drive, N m/A; below 0 where the current counts the other way [default:
-///   as the file says]
-/// - arm: A hobby arm or its servo, whose units, zeros and gains are taken where nothing else gives them: so101,
-///   koch, wx250s, vx300s, openmanipulator-x, xm430-w350, ..; with the form of the positions as so101:degrees,
-///   :normalised, :counts or :radians
-/// - rate: Rows per second, of a log without a clock
+/// - gain: Drive gain (torque per current), N m/A; negative if the current counts in the opposite direction
+///   [default: as in the file]
+/// - arm: A hobby arm or its servo: so101, koch, wx250s, vx300s, openmanipulator-x, xm430-w350 and others. Units,
+///   zeros and gains of this arm are used where nothing else gives them. The form of the positions may follow the
+///   name: so101:degrees, :normalised, :counts or :radians
+/// - rate: Rows per second (Hz) of a log without a clock
 #[pyfunction]
 #[pyo3(signature = (model, logs, **options), text_signature = "(model, logs, *, options=None, gain=None, arm=None, rate=None)")]
 pub fn doctor(

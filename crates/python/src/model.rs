@@ -36,26 +36,26 @@ use crate::work::alone;
 /// >>> w = y.reshape(-1, y.shape[-1])           # the observation matrix, (N n, p), without a copy
 ///
 /// Options:
-/// - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
-/// - arg: Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says]
-/// - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for, or from which an
-///   MJCF takes meshes and parts; without it a xacro finds packages with a package.xml above its folder
-/// - root: The robot where a file has several: a body of the world of an MJCF, or a model of an SDF [default: all
-///   that is in the file]
-/// - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
-///   their own [default: 'constraint']
-/// - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
-///   [default: 'meant']
-/// - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
-///   YAML file that does not say: actuated; a URDF, which cannot say: none]
-/// - lock: Joints that stand still at a position, rad or m, as a gripper that the log does not have: finger=0.02.
-///   Without it no joint is locked
-/// - base: How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file
-///   says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
+/// - value: Value of a symbol of the description, m or rad: D3=0.45. A .par file may have symbols without a value
+/// - arg: Value of an argument of a xacro, which the file uses as `$(arg NAME)` [default: as in the file]
+/// - package: Folder of a package, for includes of a xacro (`$(find NAME)`) or meshes and parts of an MJCF.
+///   Without this option, a xacro finds packages with a package.xml in the folders above the file
+/// - root: The robot to read, if a file has several: a body of the world of an MJCF, or a model of an SDF
+///   [default: all that is in the file]
+/// - mimic: How mimic joints of a URDF are read. constraint: they follow the joint that they mimic; independent:
+///   they are coordinates of their own [default: 'constraint']
+/// - angles: How rounded angles are read. meant: as the exact angles (1.5707 and 1.5708 as pi/2); as-given: as
+///   the numbers in the file [default: 'meant']
+/// - rotor_inertia: Joints that have a rotor inertia (IA) among their parameters [default: as in the file; if the
+///   file says nothing: actuated for YAML, none for URDF]
+/// - lock: Joints locked at a position, rad or m, such as a gripper that is not in the log: finger=0.02. Without
+///   this option, no joint is locked
+/// - base: Mount of the base, rad: roll, pitch and yaw of the base frame, in a frame in which gravity is as in
+///   the file. 3.1416,0,0 is a robot on a ceiling [default: as in the file]
 /// - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
 ///   base_roll), and the base becomes a link with its own parameters [default: False]
-/// - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
-///   figures otherwise [default: False]
+/// - any_size: Derive the model even if this takes more than about 10 s or 1 GiB. Otherwise such a model is
+///   refused, with an estimate of time and memory [default: False]
 #[pyclass(frozen, module = "rist")]
 pub struct Model {
     pub inner: Arc<rist::Model>,
@@ -177,26 +177,26 @@ impl Model {
     /// the file that are read as other angles (see angles). Raises rist.Error with the place that cannot be read.
     ///
     /// Options:
-    /// - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
-    /// - arg: Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says]
-    /// - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for, or from which an
-    ///   MJCF takes meshes and parts; without it a xacro finds packages with a package.xml above its folder
-    /// - root: The robot where a file has several: a body of the world of an MJCF, or a model of an SDF [default: all
-    ///   that is in the file]
-    /// - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
-    ///   their own [default: 'constraint']
-    /// - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
-    ///   [default: 'meant']
-    /// - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
-    ///   YAML file that does not say: actuated; a URDF, which cannot say: none]
-    /// - lock: Joints that stand still at a position, rad or m, as a gripper that the log does not have: finger=0.02.
-    ///   Without it no joint is locked
-    /// - base: How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file
-    ///   says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
+    /// - value: Value of a symbol of the description, m or rad: D3=0.45. A .par file may have symbols without a value
+    /// - arg: Value of an argument of a xacro, which the file uses as `$(arg NAME)` [default: as in the file]
+    /// - package: Folder of a package, for includes of a xacro (`$(find NAME)`) or meshes and parts of an MJCF.
+    ///   Without this option, a xacro finds packages with a package.xml in the folders above the file
+    /// - root: The robot to read, if a file has several: a body of the world of an MJCF, or a model of an SDF
+    ///   [default: all that is in the file]
+    /// - mimic: How mimic joints of a URDF are read. constraint: they follow the joint that they mimic; independent:
+    ///   they are coordinates of their own [default: 'constraint']
+    /// - angles: How rounded angles are read. meant: as the exact angles (1.5707 and 1.5708 as pi/2); as-given: as
+    ///   the numbers in the file [default: 'meant']
+    /// - rotor_inertia: Joints that have a rotor inertia (IA) among their parameters [default: as in the file; if the
+    ///   file says nothing: actuated for YAML, none for URDF]
+    /// - lock: Joints locked at a position, rad or m, such as a gripper that is not in the log: finger=0.02. Without
+    ///   this option, no joint is locked
+    /// - base: Mount of the base, rad: roll, pitch and yaw of the base frame, in a frame in which gravity is as in
+    ///   the file. 3.1416,0,0 is a robot on a ceiling [default: as in the file]
     /// - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
     ///   base_roll), and the base becomes a link with its own parameters [default: False]
-    /// - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
-    ///   figures otherwise [default: False]
+    /// - any_size: Derive the model even if this takes more than about 10 s or 1 GiB. Otherwise such a model is
+    ///   refused, with an estimate of time and memory [default: False]
     #[staticmethod]
     #[pyo3(signature = (path, **options), text_signature = "(path, *, value=None, arg=None, package=None, root=None, mimic='constraint', angles='meant', rotor_inertia=None, lock=None, base=None, floating_base=False, any_size=False)")]
     fn read(py: Python<'_>, path: PathBuf, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {
@@ -208,26 +208,26 @@ impl Model {
     /// Reads a description from a text. `name` is used in messages, and its ending (.yaml, .urdf or .par) gives the format.
     ///
     /// Options:
-    /// - value: Value of a symbol of the description, m or rad: D3=0.45 (symbols of a .par file may have no value)
-    /// - arg: Value of an argument of a xacro, which `$(arg NAME)` asks for [default: as the file says]
-    /// - package: Folder of a package that a xacro includes from, which `$(find NAME)` asks for, or from which an
-    ///   MJCF takes meshes and parts; without it a xacro finds packages with a package.xml above its folder
-    /// - root: The robot where a file has several: a body of the world of an MJCF, or a model of an SDF [default: all
-    ///   that is in the file]
-    /// - mimic: How the mimic joints of a URDF are read: as following the joint they mimic, or as coordinates of
-    ///   their own [default: 'constraint']
-    /// - angles: How rounded angles are read: as the angles that were meant (1.5707 and 1.5708 as pi/2), or as given
-    ///   [default: 'meant']
-    /// - rotor_inertia: Which joints have a rotor inertia (IA) among their parameters [default: as the file says; a
-    ///   YAML file that does not say: actuated; a URDF, which cannot say: none]
-    /// - lock: Joints that stand still at a position, rad or m, as a gripper that the log does not have: finger=0.02.
-    ///   Without it no joint is locked
-    /// - base: How the base is mounted, rad: roll, pitch and yaw of its frame in one in which gravity is as the file
-    ///   says. 3.1416,0,0 is a robot on a ceiling [default: as the file says]
+    /// - value: Value of a symbol of the description, m or rad: D3=0.45. A .par file may have symbols without a value
+    /// - arg: Value of an argument of a xacro, which the file uses as `$(arg NAME)` [default: as in the file]
+    /// - package: Folder of a package, for includes of a xacro (`$(find NAME)`) or meshes and parts of an MJCF.
+    ///   Without this option, a xacro finds packages with a package.xml in the folders above the file
+    /// - root: The robot to read, if a file has several: a body of the world of an MJCF, or a model of an SDF
+    ///   [default: all that is in the file]
+    /// - mimic: How mimic joints of a URDF are read. constraint: they follow the joint that they mimic; independent:
+    ///   they are coordinates of their own [default: 'constraint']
+    /// - angles: How rounded angles are read. meant: as the exact angles (1.5707 and 1.5708 as pi/2); as-given: as
+    ///   the numbers in the file [default: 'meant']
+    /// - rotor_inertia: Joints that have a rotor inertia (IA) among their parameters [default: as in the file; if the
+    ///   file says nothing: actuated for YAML, none for URDF]
+    /// - lock: Joints locked at a position, rad or m, such as a gripper that is not in the log: finger=0.02. Without
+    ///   this option, no joint is locked
+    /// - base: Mount of the base, rad: roll, pitch and yaw of the base frame, in a frame in which gravity is as in
+    ///   the file. 3.1416,0,0 is a robot on a ceiling [default: as in the file]
     /// - floating_base: Let the base float: six coordinates come first (base_x, base_y, base_z, base_yaw, base_pitch,
     ///   base_roll), and the base becomes a link with its own parameters [default: False]
-    /// - any_size: Derive the model even where that takes more than about 10 s or 1 GiB, which is refused with the
-    ///   figures otherwise [default: False]
+    /// - any_size: Derive the model even if this takes more than about 10 s or 1 GiB. Otherwise such a model is
+    ///   refused, with an estimate of time and memory [default: False]
     #[staticmethod]
     #[pyo3(signature = (text, name="robot.urdf", **options), text_signature = "(text, name='robot.urdf', *, value=None, arg=None, package=None, root=None, mimic='constraint', angles='meant', rotor_inertia=None, lock=None, base=None, floating_base=False, any_size=False)")]
     fn parse(py: Python<'_>, text: String, name: &str, options: Option<&Bound<'_, PyDict>>) -> PyResult<Model> {

@@ -42,16 +42,16 @@ type Answers = Receiver<Result<Option<Answer>, rist::Error>>;
 /// >>> for cycle in (monitor.step(t, q, dq, tau) for t, q, dq, tau in robot): ...
 ///
 /// Options:
-/// - reference: Logs without contact, in which the noise of the observer is measured [default: the logs of the
+/// - reference: Logs without contact, from which the noise of the observer is measured [default: the logs of the
 ///   estimate]
-/// - alarms: False alarms an hour that are accepted [default: 1.0]
-/// - observer_gain: Gain of the observer, 1/s [default: 50.0]
-/// - order: Filter of the observer [default: 'first']
+/// - alarms: Accepted number of false alarms per hour [default: 1.0]
+/// - observer_gain: Gain of the observer of external torques, 1/s [default: 50.0]
+/// - order: Filter of the observer of external torques [default: 'first']
 /// - load_on: Link or frame that carries a load [default: the last link]
-/// - largest_load: Largest mass of a load, kg [default: 10.0]
-/// - wrench_on: Link or frame on which the force and the moment of each contact are computed, at its origin and
-///   in its axes
-/// - anyway: Take the numbers even of an estimate whose verdict is no [default: False]
+/// - largest_load: Largest possible mass of a load, kg [default: 10.0]
+/// - wrench_on: Link or frame for the force and the moment of each contact: both are computed at the origin and
+///   in the axes of this frame
+/// - anyway: Use the estimate even if its verdict is no. Otherwise the estimate is refused [default: False]
 #[pyclass(frozen, module = "rist")]
 pub struct Monitor {
     coordinates: Vec<String>,

@@ -83,8 +83,10 @@ impl Validation {
 /// are the paths of motions, and you can give gain={"q1": 2.4} (N m/A) and cutoff (Hz, default 20).
 ///
 /// Options:
-/// - gain: Torque per unit of current of a drive, N m/A [default: that of the estimate, that of the file, or 1]
-/// - cutoff: Cut-off of the low-pass on position and torque, Hz [default: 20, or that of the estimate]
+/// - gain: Drive gain (torque per current), N m/A [default: from the estimate; otherwise from the description;
+///   otherwise 1]
+/// - cutoff: Cut-off of the low-pass on position and torque, Hz [default: 20; an estimate from samples uses its
+///   own cut-off]
 #[pyfunction]
 #[pyo3(signature = (model, estimate, logs, **options), text_signature = "(model, estimate, logs, *, gain=None, cutoff=None)")]
 pub fn validate(

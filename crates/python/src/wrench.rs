@@ -28,7 +28,8 @@ use crate::work::work;
 ///
 /// Options:
 /// - options: YAML with the columns of the log, and with corrections of its numbers
-/// - link: Name of the link whose frame is the sensor's, for the file of a load [default: 'tool0']
+/// - link: Name of the link whose frame is the frame of the sensor. The file of the load contains this name
+///   [default: 'tool0']
 #[pyfunction]
 #[pyo3(signature = (log, **options), text_signature = "(log, *, options=None, link='tool0')")]
 pub fn wrench<'py>(

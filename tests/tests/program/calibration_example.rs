@@ -88,7 +88,7 @@ fn the_page_shows_the_errors_before_and_after() {
     }
     // Two views with the robot and two sets of arrows; two charts of dots.
     assert_eq!(
-        (page.matches("<path class=\"line").count() / 2, page.matches("class=\"chart").count()),
+        (page.matches("<path class=\"line").count() / 2, page.matches("role=\"img\"").count()),
         (6, 4),
         "{page}"
     );
