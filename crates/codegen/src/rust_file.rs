@@ -19,7 +19,7 @@ pub fn rust_file(module: &Module, made_by: &str) -> String {
     head.push('\n');
 
     let constants = module.constants.iter().map(constant);
-    // The generated functions contain the values of the named constants instead of the constants.
+    // The generated functions contain numbers in place of the named constants.
     let bound: Vec<_> = module.functions.iter().map(|f| (f, f.function.bound())).collect();
     let mut lines = Lines::default();
     let mut functions = Vec::new();

@@ -191,7 +191,7 @@ fn without_negative_part<R: Real>(mut a: [[R; 3]; 3]) -> [[R; 3]; 3] {
             (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
         }
     }
-    // A_+ = sum_k max(lambda_k, 0) v_k v_k'.
+    // A_+ = sum_k max(lambda_k, 0) v_k v_k'; lambda_k: eigenvalue a_kk, v_k: column k of V.
     let mut positive = [[R::ZERO; 3]; 3];
     for k in 0..3 {
         let value = a[k][k].max(R::ZERO);

@@ -121,8 +121,8 @@ impl Monitor {
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
         let numbers = |name, x| Ok::<_, PyErr>(RowMajor::new(name, x)?.numbers()?.to_vec());
         let sample = (t, [numbers("q", q)?, numbers("dq", dq)?, numbers("tau", tau)?]);
-        // Other Python threads run while this thread waits for the answer. One lock covers both ends, so the answer belongs to
-        // the sample that was sent.
+        // Other Python threads run while this thread waits for the answer. One lock covers the ends of both channels, so the
+        // answer belongs to the sample that was sent.
         let answer = py.detach(|| {
             let ends = self.ends.lock().unwrap_or_else(PoisonError::into_inner);
             ends.0.send(sample).map_err(|_| ended())?;

@@ -109,7 +109,7 @@ fn some(states: &States, first: usize, every: usize) -> States {
         tau: series(&states.tau, n),
         direction: series(&states.direction, n),
         motor_direction: series(&states.motor_direction, motors),
-        // An empty load means that there is no load-dependent friction. It stays empty.
+        // An empty load means that there is no load-dependent friction. The field then stays empty.
         load: match states.load.is_empty() {
             true => Vec::new(),
             false => series(&states.load, n),

@@ -258,8 +258,8 @@ impl Replay {
                 "wrench": c.wrench.as_ref().map(|w| json!({"components": w.components, "sigma": w.sigma, "misfit": w.misfit})),
             })
         });
-        // No rigid body may have the estimated parameters. `possible` is a body that exists, with the same mass and first
-        // moment.
+        // The estimated parameters may be impossible for a rigid body. `possible` is the possible body with the same mass and
+        // first moment, or zeros if the mass is not positive.
         let loads = self.loads.iter().map(|l| {
             let (mass, sigma) = l.mass();
             json!({

@@ -93,8 +93,8 @@ impl<'a> BodyWalk<'a, '_> {
             let view = self.defaults.view(child, class);
             match child.tag.as_str() {
                 "body" => self.body(child, body, class, frame)?,
-                // The children of a `<frame>` belong to the body around it, so the body stays the same and only the pose
-                // changes.
+                // The children of a `<frame>` belong to the body around the frame, so the body stays the same. Only the
+                // pose and the class of the defaults change.
                 "frame" => {
                     let own = frame.compose(&self.placed(View::bare(child))?);
                     self.inside(child, body, child.attribute("childclass").or(class), &own)?;
