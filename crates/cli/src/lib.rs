@@ -188,6 +188,8 @@ fn run_command(Arguments { command, terminal }: Arguments, words: &[OsString]) -
 
 /// Runs a command. Commands of a wing exist only if this build contains the wing.
 fn run(command: Command) -> Result<(), Failure> {
+    // Each command except the last three calls the function `run` of the module with the name of the command. The commands of a
+    // wing are in the module of the wing.
     match command {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),

@@ -53,6 +53,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let inputs: Vec<&Path> = of_user.map(PathBuf::as_path).collect();
     arguments.series.iter().chain(&arguments.report).try_for_each(|out| check_output(out, &inputs))?;
     let (estimate, model) = read_estimate(&arguments.estimate, &arguments.model)?;
+    // The logs are read with the column names of the fit.
     let columns = estimate.options.as_ref().map(|options| options.columns.clone()).unwrap_or_default();
     let open = |path: &PathBuf| {
         at_work(format_args!("reading {}", path.display()));
@@ -60,6 +61,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let log = open(&arguments.log)?;
     let reference = reference_logs(&model, &arguments.estimate, &estimate, &request.reference)?;
+    // The limits of contact follow from the noise in the reference logs. If the replayed log is one of them, its contacts may
+    // increase these limits.
     if reference.iter().any(|reference| reference.name() == log.name()) {
         note(format_args!("{}: the noise of the observer is measured in it too", arguments.log.display()));
     }

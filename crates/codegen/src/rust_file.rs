@@ -19,6 +19,7 @@ pub fn rust_file(module: &Module, made_by: &str) -> String {
     head.push('\n');
 
     let constants = module.constants.iter().map(constant);
+    // The generated functions contain numbers in place of the named constants.
     let bound: Vec<_> = module.functions.iter().map(|f| (f, f.function.bound())).collect();
     let mut lines = Lines::default();
     let mut functions = Vec::new();
@@ -32,6 +33,7 @@ pub fn rust_file(module: &Module, made_by: &str) -> String {
             }
         });
     }
+    // The trait `Real` requires only the operations that the functions use, so that more types can implement it.
     let operations = operations(bound.iter().map(|(_, function)| function));
     let real = real_trait(operations);
     let controller = ControllerText::of(module).map(|controller| controller.rust());
@@ -41,6 +43,7 @@ pub fn rust_file(module: &Module, made_by: &str) -> String {
         #controller
         #real
     };
+    // The formatter has laid out the file without the short statements (see `Lines`). They are put in afterwards.
     head + &lines.put_into(&pretty(file))
 }
 

@@ -31,6 +31,7 @@ pub fn fewest_operations(
     }
     for _ in 0..MAX_PASSES {
         let mut has_moved = false;
+        // Only a set that reduces the number of operations is kept. So the search never returns to earlier forms.
         for set in moves {
             let before = readers.operations;
             let back: Vec<FormChange> = set.iter().map(|&(entry, _)| (entry, chosen[entry])).collect();

@@ -133,6 +133,7 @@ fn of_compressed<'a>(
     if content.is_compressed() {
         return Err(Error::at(file, 0, "a compressed stream within a compressed stream; unpack it first"));
     }
+    // A plain table is read on demand. Its first bytes were taken to determine the format, so they are put back.
     if content == FileFormat::Text {
         source.by_ref().take((HEAD_BYTES - MAGIC_BYTES) as u64).read_to_end(&mut head).map_err(failed)?;
         if text_shapes::reader(&head).is_none() {
@@ -140,6 +141,8 @@ fn of_compressed<'a>(
             return Ok(Opened::Rows { reader, again });
         }
     }
+    // All other contents are decompressed as a whole. The allowed memory grows with the number of compressed bytes, so a small
+    // file that expands to a huge content is refused.
     let (packed, mut source) = (source.packed(), source.held(COPIES_OF_DECOMPRESSED_BYTES));
     source.by_ref().take(MAX_FILE_BYTES).read_to_end(&mut head).map_err(failed)?;
     let mut budget = packed.budget();

@@ -57,6 +57,7 @@ fn doc(robot: &Robot, base: &BaseParameters, functions: &[(Vec<String>, Function
             format!("Passive coordinates, which the loops determine, in the order of `passive`: {}", passive.join(" "));
         doc.extend(wrapped(&text, 100));
     }
+    // The intermediate results have the same names for every robot, so the next lines are fixed texts.
     doc.push(
         "Of link j in its frame: wj angular velocity, dwj angular acceleration, aj acceleration of its origin less"
             .into(),
@@ -65,6 +66,7 @@ fn doc(robot: &Robot, base: &BaseParameters, functions: &[(Vec<String>, Function
         "gravity, Uj = [dwj]x + [wj]x^2, wwj = wj wj^T; zj_k and dj_k angular velocity and velocity per dqk;".into(),
     );
     doc.push("fj, nj force and moment on it and all it carries; XXPj .. MPj it and all it carries as one body.".into());
+    // Parameters are listed only if a function uses them: as the input x, or as the columns of Y.
     let reads =
         |p: usize| functions.iter().any(|(_, f)| f.inputs.iter().any(|i| i.name == "x" && i.entries.len() == p));
     let has_columns = |n: usize| functions.iter().any(|(_, f)| f.outputs.iter().any(|o| o.columns == n));

@@ -172,11 +172,15 @@ fn without_negative_part<R: Real>(mut a: [[R; 3]; 3]) -> [[R; 3]; 3] {
         if !a[p][q].abs().is_positive() {
             continue;
         }
+        // The rotation by the angle phi in the plane (p, q) makes a_pq zero: theta = cot(2 phi). t = tan(phi) is the root of
+        // t^2 + 2 theta t - 1 = 0 with the smaller magnitude; c = cos(phi), s = sin(phi).
         let theta = (a[q][q] - a[p][p]) / (R::of(2.0) * a[p][q]);
         let root = (theta * theta + R::ONE).sqrt();
         let t = if theta < R::ZERO { -R::ONE / (root - theta) } else { R::ONE / (root + theta) };
         let c = R::ONE / (t * t + R::ONE).sqrt();
         let s = t * c;
+        // A <- J' A J and V <- V J, where J is the rotation. At the end A is diagonal and the columns of V are the
+        // eigenvectors.
         for row in &mut a {
             (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
         }
@@ -187,6 +191,7 @@ fn without_negative_part<R: Real>(mut a: [[R; 3]; 3]) -> [[R; 3]; 3] {
             (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
         }
     }
+    // A_+ = sum_k max(lambda_k, 0) v_k v_k'; lambda_k: eigenvalue a_kk, v_k: column k of V.
     let mut positive = [[R::ZERO; 3]; 3];
     for k in 0..3 {
         let value = a[k][k].max(R::ZERO);

@@ -83,6 +83,7 @@ impl Monitor {
                 Ok(replay) => replay,
                 Err(e) => return drop(started.send(Err(e))),
             };
+            // From here on, `new` can return: it waits for the result of the start, which is the names or an error.
             let _ = started.send(Ok(replay.coordinates().to_vec()));
             for (t, [q, dq, tau]) in samples {
                 let cycle = replay.step(t, [&q, &dq, &tau]).map(Option::<&ReplayedCycle>::cloned);
@@ -92,6 +93,7 @@ impl Monitor {
                     let (load, changes) = (loads.last().cloned(), loads.len());
                     cycle.map(|cycle| Answer { cycle, contact, load, candidate, changes })
                 });
+                // Sending fails when the object no longer exists. Then the thread ends.
                 if answers.send(answer).is_err() {
                     break;
                 }
@@ -119,6 +121,8 @@ impl Monitor {
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
         let numbers = |name, x| Ok::<_, PyErr>(RowMajor::new(name, x)?.numbers()?.to_vec());
         let sample = (t, [numbers("q", q)?, numbers("dq", dq)?, numbers("tau", tau)?]);
+        // Other Python threads run while this thread waits for the answer. One lock covers the ends of both channels, so the
+        // answer belongs to the sample that was sent.
         let answer = py.detach(|| {
             let ends = self.ends.lock().unwrap_or_else(PoisonError::into_inner);
             ends.0.send(sample).map_err(|_| ended())?;
@@ -134,6 +138,7 @@ impl Monitor {
         dict.set_item("last_joint", contact.as_ref().map(|contact| self.coordinates[contact.last_joint].as_str()))?;
         let wrench = contact.and_then(|contact| contact.wrench);
         dict.set_item("wrench", wrench.map(|wrench| PyList::new(py, wrench.components)).transpose()?)?;
+        // If the load was put down, the last entry has no significant mass. Then the mass is reported as zero.
         let load = load.filter(rist::replay::CarriedLoad::is_held);
         dict.set_item("mass", load.as_ref().map_or(0.0, |load| load.mass().0))?;
         dict.set_item("sigma", load.as_ref().map(|load| load.mass().1))?;

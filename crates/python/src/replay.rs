@@ -57,6 +57,7 @@ pub fn replay<'py>(
     if given.len() != 1 {
         return Err(error(format_args!("replay: one log is expected, and {} are given", given.len())));
     }
+    // The log is read with the column names of the fit.
     let columns = estimate.options.as_ref().map(|options| options.columns.clone()).unwrap_or_default();
     let found = work(py, None, |_| {
         let logs = open(given, model, &columns)?;
@@ -67,6 +68,7 @@ pub fn replay<'py>(
     })?;
     let Some(found) = found.first() else { return Err(error("replay: one log is expected")) };
     let dict = object(py, &found.to_json())?.cast_into::<PyDict>()?;
+    // The series are arrays with one row per cycle. All arrays contain doubles, so contact is 0 or 1.
     let (rows, n) = (found.series.len(), found.coordinates.len());
     let series = PyDict::new(py);
     let each = |value: fn(&ReplayedCycle) -> f64| -> Vec<f64> { found.series.iter().map(value).collect() };

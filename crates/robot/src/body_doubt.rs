@@ -180,6 +180,8 @@ fn impossible([least, middle, most]: [f64; 3]) -> String {
 fn size_doubts(body: &Body, radius: f64, doubt: &mut impl FnMut(Mistake, &'static str, String)) {
     let variance = body.variance();
     let Some(extent) = &body.extent else {
+        // A thin rod of length l has the variance l^2 / 12 along its axis. rod: the length for which this is the largest
+        // variance of the body.
         let rod = (12.0 * principal_axes(&variance).0[2].max(0.0)).sqrt();
         if radius > LARGE_RADIUS_M || (body.link.is_some() && body.reach > 0.0 && rod > LONGEST_ROD * body.reach) {
             let text = format!(
@@ -197,6 +199,7 @@ fn size_doubts(body: &Body, radius: f64, doubt: &mut impl FnMut(Mistake, &'stati
         let text = format!("by {outside:.3} m, of shapes {diagonal:.3} m across");
         return doubt(Mistake::CentreOutside, "the centre of mass lies outside the collision shapes", text);
     }
+    // given: radius of the mass distribution of the body; even: the radius for constant density in the shapes.
     let (given, even) = (spread(&variance), spread(&extent.uniform().0));
     let text = format!(
         "{} kg at a mean distance of {given:.3} m from their centre, constant density has {even:.3} m, the shapes are {diagonal:.3} m across",

@@ -103,6 +103,8 @@ impl Convention {
 
     fn rows(self) -> [ConventionRow; 10] {
         use BodyEntry::{Centre as C, FirstMoment as H, Inertia as I, Mass, UnitInertia as G};
+        // Each name belongs to the entry at the same index of the second list. The number in I and G is an index in XX XY XZ YY
+        // YZ ZZ; the number in H and C is an index in x y z.
         let (names, entries) = match self {
             Convention::Symoro => (
                 ["XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M"],

@@ -129,11 +129,13 @@ fn write_descriptions(
     let (model, level) = (&arguments.model.model, found.level());
     let (text, file) = (text_of(model)?, model.display().to_string());
     if let Some(out) = write_yaml {
+        // The written text is read again as a test. This test must not round calibrated angles near a multiple of pi/12.
         let options = ModelOptions { angles: AngleSnapping::AsGiven, ..arguments.model.options()? };
         let read = |text: &str| parse_robot(text, model, &options);
         write_file(out, calibrated_yaml(&text, &file, &read, robot, found, level)?)?;
     }
     if write_urdf.is_some() || write_ur.is_some() {
+        // The kinematics of a UR are computed from the calibrated URDF, so both outputs need this URDF.
         let urdf = calibrated_urdf(&text, &file, robot, found, level)?;
         write_ur.iter().try_for_each(|out| write_file(out, ur_kinematics(&urdf, &file, robot)?))?;
         write_urdf.iter().try_for_each(|out| write_file(out, &urdf))?;

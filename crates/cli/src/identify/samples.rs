@@ -158,6 +158,8 @@ fn for_simulators<'a>(
     let mut written = Vec::new();
     let Some(bodies) = &found.bodies else { return Ok(written) };
     if let Some(out) = &files.write_mjcf {
+        // Without the option `into`, an MJCF description is itself the model that gets the bodies. From other formats, a new
+        // MuJoCo model is made.
         let into = match &files.into {
             Some(file) => Some((file.display().to_string(), read_text(file)?)),
             None => {
@@ -173,6 +175,7 @@ fn for_simulators<'a>(
     }
     if let Some(out) = &files.write_urdf {
         let (path, options) = (&arguments.model.model, arguments.model.options()?);
+        // The bodies are written into the text of the URDF, so the macros of a xacro must be expanded first.
         let text = rist::describe::description::without_macros(&read_text(path)?, path, &options)?;
         let urdf = rist::write_urdf(model, &text, bodies, &found.estimate)?;
         urdf.notes.iter().for_each(note);

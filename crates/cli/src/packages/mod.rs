@@ -47,6 +47,8 @@ pub(crate) fn write(
     let (estimate, model) = read_estimate(file, arguments)?;
     let values = generate.values(&model, file, &estimate)?;
     let path = arguments.model.display();
+    // The files of the package name the command that generates them, so that the user can repeat it. The options of the package
+    // are named by their file, so only the target is written as a value.
     let target = request.given().into_iter().filter(|(name, _)| *name == "target").collect::<Vec<_>>();
     let mut made_by = format!(
         "rist generate {path}{}{}{}",
@@ -62,6 +64,7 @@ pub(crate) fn write(
         made_by += &format!(" # {said}");
     }
     at_work(format_args!("generating the package of {path}"));
+    // The files are generated before the folder is made, so that an error leaves no empty folder.
     let files = packages::package(&model, &estimate, &values, request, &made_by)?;
     if !values.left_out.is_empty() {
         note(format_args!("the torques of the package do not hold {}", values.left_out.join(", ")));

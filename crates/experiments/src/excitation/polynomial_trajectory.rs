@@ -43,6 +43,8 @@ impl PolynomialTrajectory {
         };
         let (mut stretches, mut coefficients) = (Vec::new(), Vec::new());
         for (i, pair) in points.times().windows(2).enumerate() {
+            // h is an interval that contains the exact difference of the times. So the intervals of the coefficients contain
+            // the exact coefficients.
             let h = Interval::point(pair[1]) - Interval::point(pair[0]);
             stretches.push(TrajectorySegment {
                 start: pair[0],
@@ -58,6 +60,7 @@ impl PolynomialTrajectory {
                     (Interpolation::Quintic, Some(v), Some(a)) => {
                         hermite_quintic(q, [i, i + 1].map(|i| at(v, k, i)), [i, i + 1].map(|i| at(a, k, i)), h)
                     }
+                    // Linear: q_0 + (q_1 - q_0) s/h.
                     _ => vec![q[0], (q[1] - q[0]).over(h)],
                 }
             };

@@ -265,6 +265,8 @@ impl Hypothesis {
     /// concerns.
     pub fn statement(&self, off: &str, names: &[&str]) -> String {
         let (of, pair) = (names.first().copied().unwrap_or_default(), names.join(" and "));
+        // One sentence for each kind of fault. First the faults with a size, then the faults without one (wrong signs,
+        // exchanged columns, degrees, gravity).
         match *self {
             Zero(_) => format!("the zero of {of} is off by {off}"),
             Scale(_) => format!("the torque of {of} is off by {off} compared with the other joints"),
@@ -273,6 +275,7 @@ impl Hypothesis {
             Rotor(_) => format!("a rotor of {off} that the model lacks stands behind {of}"),
             Drift(_) => format!("the torque of {of} grows by {off} from the first sample to the last"),
             Late(Some(_)) => format!("the torque of {of} is late by {off}"),
+            // The sign of a common delay becomes a word, because a negative delay is hard to read.
             Late(None) => match off.strip_prefix('-') {
                 None => format!("the torques come {off} later than the positions"),
                 Some(early) => format!("the torques come {early} before the positions"),

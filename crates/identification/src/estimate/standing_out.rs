@@ -93,11 +93,15 @@ pub fn standing_out<R: Records + ?Sized>(model: &Model, records: &R, x: &[f64]) 
                 let error = states.tau[k] - dot(&w[j * p..(j + 1) * p], x);
                 let dry = bands[j].dry_at(bands[j].slowness(states.dq[k]));
                 let direction = states.direction[k].clamp(-1.0, 1.0);
+                // low, high: the limits of w f in the file's head, with dry = w FS. So e - clamp(e, low, high) is the value
+                // nearest to zero of e - w f.
                 let [low, high] = [-BREAKAWAY_RATIO, BREAKAWAY_RATIO].map(|f| (f - direction) * dry);
                 residual.whole.push(error);
                 residual.beyond_friction.push(error - error.clamp(low, high));
             }
         });
+        // Each joint is searched alone. A contact acts on several joints, so `merged` joins the intervals of the joints
+        // afterwards.
         for (joint, residual) in residuals.iter().enumerate() {
             let times = times(states, residual);
             found.extend(times.into_iter().map(|(from, to, ratio)| StandingOut {

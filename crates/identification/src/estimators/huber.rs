@@ -75,17 +75,21 @@ pub fn reweighted<R: Records + ?Sized>(
     let mut iterations = 0;
     loop {
         iterations += 1;
+        // Scales s_j and weights w(e / s_j) come from the residuals e of the previous solution x.
         let mut sizes = vec![Sizes::new(); model.n()];
         records.each(&mut |states| model.residuals(states, &x, |_, j, e| sizes[j].add(e)))?;
         let scales: Vec<f64> = sizes.iter().map(Sizes::sigma).collect();
         let weight = |j: usize, e: f64| loss.weight(e / scales[j]).sqrt();
         let observation = Observation::of_records(model, records, Some(RowWeight { x: &x, weight: &weight }))?;
         let (mut solution, weights) = fit(&observation.joints(|_| true), Weights::Joint);
+        // Change of each parameter in standard deviations: |x_c - x_c'| / sigma_c, where x' is the new solution.
         let change = x.iter().zip(&solution.x).enumerate().map(|(c, (a, b))| {
             (a - b).abs() / (solution.variance * solution.inverse[(c, c)]).sqrt().max(f64::MIN_POSITIVE)
         });
         if change.fold(0.0, f64::max) < SETTLED_CHANGE_SIGMAS || iterations == MAX_REWEIGHTING_ITERATIONS {
             let outliers = sizes.iter().zip(&scales).map(|(s, scale)| s.beyond(loss.bound() * scale)).collect();
+            // The covariance of a robust fit needs the factor `means.variance()` (see the file's head). The sums use x and the
+            // scales from which the weights of this solution were computed.
             let means = Means::of(model, records, &x, &scales, loss)?;
             solution.variance *= means.variance();
             let slope = means.slope();

@@ -93,6 +93,7 @@ fn some(states: &States, first: usize, every: usize) -> States {
     let series = |x: &[f64], width: usize| -> Vec<f64> {
         chosen.clone().flat_map(|r| x[r * width..(r + 1) * width].iter().copied()).collect()
     };
+    // The number of couplings is not a field of the states, so it follows from the lengths.
     let motors = states.motor_direction.len() / states.len().max(1);
     let friction = |of: &FilteredFriction| FilteredFriction {
         term: of.term,
@@ -108,6 +109,7 @@ fn some(states: &States, first: usize, every: usize) -> States {
         tau: series(&states.tau, n),
         direction: series(&states.direction, n),
         motor_direction: series(&states.motor_direction, motors),
+        // An empty load means that there is no load-dependent friction. The field then stays empty.
         load: match states.load.is_empty() {
             true => Vec::new(),
             false => series(&states.load, n),

@@ -228,10 +228,12 @@ impl Transmission {
                     format!("transmission: dead_currents are of currents, and the log holds {}", log.effort_is.words());
                 return Err(Error::at(&log.name, 0, message));
             }
+            // i <- sign(i) max(|i| - i_0, 0), where i is the current and i_0 the dead current, which gives no torque.
             for (x, dead) in motor.iter_mut().zip(dead) {
                 x.iter_mut().for_each(|x| *x = x.signum() * (x.abs() - dead).max(0.0));
             }
         }
+        // tau_m = K i. Torques are not multiplied by K, even if gains are given.
         match (&self.drive_gains, log.effort_is) {
             (_, Effort::Torque) => {}
             (Some(gains), _) => {
@@ -246,6 +248,8 @@ impl Transmission {
                 return Err(Error::at(&log.name, 0, message));
             }
         }
+        // tau = R' tau_m / s - k q. The torque of the spring needs the positions of the joints, so the positions are converted
+        // first.
         let q = self.shifted(joint_angles(to_joint.as_ref(), std::mem::take(&mut log.q)));
         Ok(JointSignals {
             dq: log.dq.take().map(positions),

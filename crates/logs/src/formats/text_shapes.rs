@@ -68,11 +68,13 @@ fn row_per_signal(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Table
     if count >= rows(first, delimiter).next().map_or(0, |(_, cells)| cells.len()) {
         return TableReader::new(file, bytes)?.rows(usize::MAX);
     }
+    // Upper bound of the memory of the table: each number takes at least one byte of the text.
     budget.draw(bytes.len().saturating_mul(size_of::<f64>())).map_err(|e| Error::at(file, 0, e))?;
     let mut table = Table { file: file.into(), ..Table::default() };
     for (line, mut cells) in rows(bytes, delimiter) {
         let is_named = !is_number(&cells[0], delimiter);
         let name = if is_named { cells.remove(0) } else { format!("c{}", table.header.len() + 1) };
+        // A delimiter at the end of a line makes an empty last cell.
         if cells.last().is_some_and(String::is_empty) {
             cells.pop();
         }

@@ -87,8 +87,7 @@ pub(crate) fn interpolate(
     let mut fitted = Vec::new();
     for (r, relation) in relations.iter().enumerate() {
         let coefficients = points[0].1[r].clone().and_then(|x| {
-            // A relation needs exact values of all its coefficients, so the first coefficient without a result ends the fit of
-            // the relation.
+            // Every coefficient must be exact, so the first coefficient without a result ends the fit of the relation.
             let coefficient = |k: usize| {
                 if depends[r][k].is_empty() {
                     // The coefficient depends on no symbol, so the coefficient is a number and needs no fit.
@@ -169,6 +168,7 @@ fn fit(
             let solutions = samples.solve_at(&constants);
             points.push((constants, solutions));
         }
+        // At each point: sum_m a_m m(point) = x_k(point) in the field; m: monomials, a_m: unknown rational factors.
         let rows: Option<Vec<Vec<Residue>>> = points
             .iter()
             .map(|(constants, solutions)| {
@@ -179,6 +179,7 @@ fn fit(
             .collect();
         let Some(x) = solve(rows?, monomials.len()) else { continue };
         let mut sum = Coefficient::zero();
+        // The factors are rational, so each field element is converted back to a ratio of small integers.
         for (monomial, x) in monomials.into_iter().zip(x) {
             let (n, d) = x.as_ratio(MAX_RATIO)?;
             sum = sum.plus(&Coefficient::product(monomial, (n.into(), d.into())));
@@ -307,8 +308,7 @@ impl<'a> FieldSamples<'a> {
         }
     }
 
-    /// Solves every relation for the coefficients of the relation, at these constants; `None` for a relation without a unique
-    /// solution.
+    /// Solves each relation for its coefficients at these constants; `None` for a relation without a unique solution.
     fn solve_at(&mut self, constants: &[Assignment]) -> Solutions {
         let largest = self.relations.iter().map(|r| r.support.len()).max().unwrap_or(0);
         let rows = match self.closed {

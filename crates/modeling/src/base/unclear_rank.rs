@@ -124,6 +124,8 @@ impl UnclearRank {
 
     /// The reason in words, as a clause.
     fn fault(&self) -> String {
+        // Each clause names the parameters in doubt. Only `NeverCloses` concerns no single parameter, so its clause is the text
+        // of its error.
         match self {
             UnclearRank::Gap { rank, doubtful } => format!(
                 "the rank is not clear-cut: {} columns are independent, the weakest of them by {:.1e}, but a dropped one \

@@ -58,6 +58,7 @@ fn filled(mut own: Options, of: Options) -> Options {
     fill(&mut columns.position, of.columns.position);
     fill(&mut columns.velocity, of.columns.velocity);
     fill(&mut columns.acceleration, of.columns.acceleration);
+    // One effort signal is enough. If the user names torques, currents or goals, the arm adds no other effort.
     if !has_effort {
         fill(&mut columns.torque, of.columns.torque);
         fill(&mut columns.current, of.columns.current);

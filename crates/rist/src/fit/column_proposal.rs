@@ -84,6 +84,7 @@ impl ColumnProposal {
 impl fmt::Display for ColumnProposal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Proposal { columns, units, missing, mapping, .. } = &self.proposal;
+        // Every line that is not an option begins with `#`, so that the user can paste the whole text into the file of options.
         f.write_str(match (columns.is_empty(), units.is_empty(), mapping) {
             (true, true, Some(_)) => {
                 "# the columns are found by their names; a unit that no header names is taken for that of SI\n"

@@ -102,6 +102,7 @@ pub(super) fn complete(
     let (arm, form) = name.split_once(':').map_or((name, None), |(arm, form)| (arm, Some(form)));
     let (servos, is_normalised, source) = servos_of(robot, &data, arm)?;
     let mut found = DriveProposal::default();
+    // Units and gains follow from the values in the columns. Without a mapping, these columns are not known.
     let Some(mapping) = proposal.mapping.clone() else { return Ok(found) };
     let form = match form.map(form_of).transpose()? {
         Some(form) => form,
@@ -117,6 +118,7 @@ pub(super) fn complete(
             }
         },
     };
+    // Normalised positions get the unit rad, because the ratios of the transmission convert per cent to rad.
     let unit = match form {
         Form::Counts => format!("ticks({})", servos[0].0.counts),
         Form::Degrees => "deg".into(),
@@ -129,6 +131,7 @@ pub(super) fn complete(
     put_unit(proposal, Quantity::Position, unit, reason);
     found.transmission = transmission(robot, &servos, form)?;
     found.gains = gains(robot, table, &servos, &mapping, proposal);
+    // The mapping is found again, because the units of the proposal have changed.
     let coordinates: Vec<String> = robot.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect();
     proposal.mapping =
         Some(Columns::find(table, &coordinates, &proposal.names).map_err(|e| Error::new(e.to_string()))?);
@@ -269,7 +272,10 @@ fn gains(
     mapping: &Columns,
     proposal: &mut Proposal,
 ) -> Option<Proposed> {
+    // Efforts that are all whole numbers are register values of the servo, not values in SI units.
     let is_raw = mapping.effort.iter().all(|source| table.columns[source.column].iter().all(|x| x.fract() == 0.0));
+    // If a unit was proposed with a word type (`int16`, `signbit(10)`), the new unit keeps this type, because it tells how the
+    // sign is stored.
     let word = |unit: &Option<String>| {
         let first = unit.as_deref().and_then(|unit| unit.split_whitespace().next());
         first.filter(|word| word.starts_with("int") || word.starts_with("signbit")).map(|word| format!("{word} "))
@@ -294,6 +300,8 @@ fn gains(
                 let unit = format!("{}counts({count_ma} mA)", word(&proposal.names.units.current).unwrap_or_default());
                 put_unit(proposal, Quantity::Current, unit, "of the servo's register".into());
             }
+            // The two gains of the file's head: k T / (I - I_0) for a current, k T / 1000 / c for a load in the counts of a
+            // current, with c = count_ma / 1000.
             let gain = |(servo, number): &(Servo, f64)| match servo.stall_a {
                 Some(stall_a) if !servo.load => Some(number * servo.stall_nm / (stall_a - servo.no_load_a)),
                 _ if servo.load && is_raw => Some(number * servo.stall_nm / count_ma),

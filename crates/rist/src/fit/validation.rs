@@ -88,6 +88,8 @@ pub fn predictions(
         let mut joints = rows(&records)?;
         let residuals = held_out::residuals(&linear, &joints, &x);
         let contacts = Contacts::of_prediction(model, &x, logs, options)?;
+        // `residuals` contains all rows. If contacts explain the residual, the errors below are computed without the rows of
+        // contact.
         if contacts.explain() {
             joints = rows(&read(&contacts.options)?)?;
         }
@@ -98,6 +100,7 @@ pub fn predictions(
             contacts: contacts.sentences(model, logs),
             error: if contacts.explain() { contacts.errors[1] } else { contacts.errors[0] },
             described: described.as_ref().map(of_description),
+            // The error that remains if the parameters are fitted to this log itself: noise and errors of the model.
             least: held_out::residuals(&linear, &joints, &fit(&joints, Weights::None).0.x).total,
             unsure: covariance.map(|covariance| held_out::unsure(&linear, &joints, covariance)),
             visited: VisitedStates::of_records(&records, model.regressor().coordinates().len())?,

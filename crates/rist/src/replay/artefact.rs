@@ -258,6 +258,8 @@ impl Replay {
                 "wrench": c.wrench.as_ref().map(|w| json!({"components": w.components, "sigma": w.sigma, "misfit": w.misfit})),
             })
         });
+        // The estimated parameters may be impossible for a rigid body. `possible` is the possible body with the same mass and
+        // first moment, or zeros if the mass is not positive.
         let loads = self.loads.iter().map(|l| {
             let (mass, sigma) = l.mass();
             json!({
@@ -290,6 +292,8 @@ impl fmt::Display for Replay {
         writeln!(f, "{}: {} cycles in {:.2} s", self.log, self.series.len(), last - first)?;
         self.settings().iter().try_for_each(|sentence| writeln!(f, "{sentence}"))?;
         writeln!(f, "\ncontact: {}", if self.contacts.is_empty() { "none" } else { "" })?;
+        // A force on a link causes torques only at the joints before the link. So the touched link is at or beyond the last
+        // joint with a significant torque.
         for contact in &self.contacts {
             writeln!(
                 f,
@@ -301,6 +305,7 @@ impl fmt::Display for Replay {
                 self.coordinates[contact.joint],
                 self.coordinates[contact.last_joint]
             )?;
+            // Force and moment are valid only if the link that the user assumed is the touched link.
             if let (Some(wrench), Some(link)) = (&contact.wrench, &self.wrench_on) {
                 writeln!(f, "      if it is {link}: {}", wrench.text())?;
             }

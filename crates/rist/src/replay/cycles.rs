@@ -217,6 +217,7 @@ impl<'a> CycleModel<'a> {
     ) -> Result<(), Error> {
         let n = self.n();
         self.filter_accelerations(&mut states, memory);
+        // direction = clamp(dq / slow, -1, 1), because below the speed `slow` the sign of dq is only noise.
         for (k, direction) in states.direction.iter_mut().enumerate() {
             let (speed, slow) = (states.dq[k], self.slow[k % n]);
             *direction = if slow > 0.0 { (speed / slow).clamp(-1.0, 1.0) } else { *direction };
@@ -235,6 +236,8 @@ impl<'a> CycleModel<'a> {
                 parameters,
                 ..ManyStates::default()
             };
+            // Per cycle: p, then b, of the robot (2 n numbers); and the same per unit of each of the ten parameters of the load
+            // (20 n numbers).
             momenta.resize(range.len() * 2 * n, 0.0);
             loads.resize(range.len() * 20 * n, 0.0);
             self.momentum.fill(self.model, &at(&self.x[..self.base]), &mut momenta)?;
@@ -252,6 +255,7 @@ impl<'a> CycleModel<'a> {
                     joint.direction = states.direction[r * n + j];
                     joint.slowness = self.bands.get(j).map_or(0.0, |band| band.slowness(joint.speed));
                     joint.momentum = momenta[j];
+                    // known = torque of the motor - friction + b.
                     joint.known = states.tau[r * n + j] - friction + momenta[n + j];
                     joint.is_saturated = is_at(states.tau[r * n + j], self.efforts[j]);
                     joint.row.clear();

@@ -35,6 +35,8 @@ pub fn monitor(
     model.check_estimate(file, estimate)?;
     let (gain, link) = (request.observer_gain, request.load_on.clone().unwrap_or_else(|| last_link(model)));
     let mut cycles = CycleModel::new(model, estimate, &link, gain)?;
+    // The noise is measured with the same friction as in the generated file. So the thresholds contain the error that the
+    // missing friction terms cause.
     cycles.keep_standard_friction();
     let covariance = covariance(&cycles.linear, estimate);
     let noise = Noise::measure(&mut cycles, reference, covariance.as_ref(), (Order::First(gain), gain), HOLD_S)?;
@@ -46,6 +48,8 @@ pub fn monitor(
             .map(|parameter| ParameterId::friction(parameter, coordinate))
     });
     let base = model.regressor().parameters().iter().map(|p| ParameterId::Base(p.name.clone()));
+    // Rows of the factor G of the covariance: base parameters first, then FV, FS and OFF of each joint. A parameter that the
+    // estimate does not have gets a row of zeros.
     let row = |id: ParameterId| {
         let place = cycles.linear.parameters.iter().position(|p| p.id == id);
         place.and_then(|place| noise.factor.get(place)).map_or(vec![0.0; DIRECTIONS], |row| row.to_vec())

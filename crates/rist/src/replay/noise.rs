@@ -69,6 +69,8 @@ impl Noise {
     ) -> Result<Noise, Error> {
         let n = cycles.n();
         let speeds = rms_speeds(cycles, logs)?;
+        // The direction and the slowness of a cycle depend on these speeds, so the speeds are set before the logs are
+        // processed. The noise is not known yet.
         cycles.slow = speeds.iter().map(|v| SMOOTH_SHARE_OF_SPEED * v).collect();
         let dry = cycles.linear.dry_friction(cycles.x());
         let unknown = |(speed, dry): (&f64, f64)| Band {
@@ -87,6 +89,7 @@ impl Noise {
                 for (j, seen) in observers.seen.iter().enumerate().take(cycle.joints.len()) {
                     let torque = seen.torque;
                     series[j].push((seen.slowness, torque.abs()));
+                    // Squared change of r from cycle to cycle; the first cycle of a log has no previous value.
                     squares[j] += before[j].map_or(0.0, |before: f64| (torque - before).powi(2));
                     before[j] = Some(torque);
                     count += usize::from(j == 0);
@@ -100,6 +103,7 @@ impl Noise {
         let factor = match covariance {
             None => Vec::new(),
             Some(covariance) => {
+                // M = sum_j (sum of y'y over the rows y of joint j) / noise_j^2, up to a factor that cancels in G.
                 let weighted = products.iter().zip(&bands).map(|(products, band)| products / band.noise.powi(2));
                 directions(covariance, &weighted.fold(DMatrix::zeros(p, p), |sum, products| sum + products))
             }

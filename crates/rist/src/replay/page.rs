@@ -37,6 +37,7 @@ impl Replay {
             name: name.clone(),
             unit: (*unit).into(),
             torque: line(&|i| self.series[i].beyond[j]),
+            // The band is symmetric: without contact, `beyond` lies between -band and band.
             limits: [-1.0, 1.0].map(|sign| line(&|i| sign * self.series[i].band[j])),
         });
         let page = ReplayPage {

@@ -74,8 +74,12 @@ impl Run {
             memory: MISFIT_MEMORY_S,
             largest_misfit: LARGEST_MISFIT,
         };
+        // In each cycle, the weight of all earlier cycles is multiplied by this factor. So the weights decay with the time
+        // constant `DRIFT_MEMORY_S`.
         let weight = 1.0 - settings.period / DRIFT_MEMORY_S;
         let drift = |band: &online::Band<f64>| {
+            // Prior standard deviations of FV, FS and OFF. FV times the speed of the band is a torque as large as that of FS
+            // and OFF.
             let possible = DRIFT_RELATIVE_TO_NOISE * band.noise;
             Drift::new([possible / band.speed.max(f64::MIN_POSITIVE), possible, possible], weight, correlation)
         };

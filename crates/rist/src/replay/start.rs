@@ -49,6 +49,7 @@ impl<'a> Start<'a> {
             cycles.evaluate_jacobian(link)?;
         }
         let covariance = covariance(&cycles.linear, estimate);
+        // The noise is measured through the observer of the replay, because its order and gain determine the noise.
         let noise = Noise::measure(&mut cycles, reference, covariance.as_ref(), (order, gain), HOLD_S)?;
         let settings = Settings {
             order,

@@ -116,6 +116,7 @@ impl RobotDescription {
         if let Some((name, _)) = options.values.first() {
             return Err(source.whole(no_symbol(name, &[])));
         }
+        // A mimic joint follows its leader only with the option `Mimic::Constraint`. Otherwise it is a coordinate of its own.
         let follows = |joint: &DescriptionJoint| {
             let (leader, multiplier, offset) = joint.follows.filter(|_| options.mimic == Mimic::Constraint)?;
             Some(Follows { leader, multiplier, offset })

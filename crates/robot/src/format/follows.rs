@@ -62,6 +62,8 @@ pub(in crate::format) fn resolved<'a>(
     for start in 0..next.len() {
         let mut at = Follows { leader: start, multiplier: 1.0, offset: 0.0 };
         let mut steps = 0;
+        // From q = m q_l + o and q_l = m' q_n + o' follows q = m m' q_n + (o + m o'). m: multiplier; o: offset; l: leader so
+        // far; n: the joint that l follows.
         while let Some(on) = next[at.leader] {
             at = Follows {
                 leader: on.leader,
@@ -69,6 +71,7 @@ pub(in crate::format) fn resolved<'a>(
                 offset: at.offset + at.multiplier * on.offset,
             };
             steps += 1;
+            // A chain without a circle has fewer steps than there are joints.
             if steps > next.len() {
                 let name = shown(name(start));
                 let message =

@@ -91,6 +91,8 @@ pub(in crate::format) fn robot(
     let follows: Vec<Follows> = joints.iter().map(|joint| joint.follows).collect();
     let places: Vec<(usize, usize)> = joints.iter().map(|joint| joint.at).collect();
     let framed = frames(&given);
+    // A joint gets a coordinate if it follows no other joint and is not passive. Passive coordinates are numbered after these
+    // coordinates.
     let leads = |joint: &&FileJoint| joint.follows.leader == joint.id && !joint.is_passive;
     let leaders: Vec<usize> = joints.iter().filter(leads).map(|joint| joint.id).collect();
     let mut coordinates: Vec<Coordinate> = Vec::with_capacity(leaders.len());
@@ -111,6 +113,7 @@ pub(in crate::format) fn robot(
         notes.extend(nearly_parallel(&joint.name, &framed));
         links.push(link(joint, framed, k));
     }
+    // A follower may precede its leader in the file. So the limits are narrowed when all coordinates exist.
     for (k, follows, limits) in narrower {
         follows.narrow(&mut coordinates[k.0], limits);
     }
@@ -128,6 +131,7 @@ pub(in crate::format) fn robot(
         format: Format::Mjcf,
         ..Robot::default()
     };
+    // The check is first, because `make_one` may change angles and lengths by more than the tolerance of the check.
     check_frames(source, &robot, &given, &follows, &places)?;
     if angles == AngleSnapping::Meant {
         make_one(&mut robot);

@@ -41,6 +41,8 @@ pub(super) fn are_without_sign(states: &States, rows: &[usize], torques: &[f64])
     let all: Vec<usize> = (0..rows.len()).collect();
     let lacks_sign = |j: usize| {
         let (tau, nominal) = (measured(j), column(torques, n, j, &all));
+        // First condition: the nominal torque T has both signs. The smaller of its two parts (T < 0, T >= 0) has a significant
+        // share of the squared norm.
         let (negative, whole) = (negative(&nominal), square(&nominal));
         if negative.min(whole - negative) < MIN_SHARE_OF_A_SIGN * whole {
             return false;
@@ -51,9 +53,11 @@ pub(super) fn are_without_sign(states: &States, rows: &[usize], torques: &[f64])
             column(&states.direction, n, j, rows),
             vec![1.0; rows.len()],
         ]);
+        // signed: squared residual of the torques as logged, that is, with all s_i = 1.
         let signed = square(&basis.without(tau.clone()));
         let mut fit = nominal;
         let mut residual = signed;
+        // s_i = sign(fit_i), where fit is the right-hand side of the previous pass. The first pass uses s_i = sign(T_i).
         for _ in 0..PASSES {
             let with_sign: Vec<f64> = tau.iter().zip(&fit).map(|(tau, fit)| tau * fit.signum()).collect();
             let rest = basis.without(with_sign.clone());

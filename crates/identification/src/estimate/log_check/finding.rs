@@ -143,6 +143,8 @@ impl Finding {
     pub fn statement(&self) -> String {
         let of = self.joints.join(", ");
         match self.fault {
+            // A fault that is also a hypothesis has its sentence in `hypothesis`. Here the size of the fault gets a usual unit
+            // (ms, per cent, degrees). The other faults exist only in the log check.
             Fault::Of(hypothesis, size) => {
                 let off = match hypothesis {
                     Hypothesis::Late(_) => format!("{:.0} ms", 1e3 * size),

@@ -107,16 +107,20 @@ impl FreeBodies<'_> {
             .filter(|&(i, c)| matches!(suspicions[i].changes[c].of, Hypothesis::Scale(_)))
             .collect();
         for (i, c) in places {
+            // The size of a scale error is scale - 1, so ln(scale) = ln(1 + size).
             let described = suspicions[i].changes[c].size.ln_1p();
             let error = |suspicions: &mut Vec<Suspicion>, scale: f64| {
                 suspicions[i].changes[c].size = scale.exp_m1();
                 let all: Vec<Change> = suspicions.iter().flat_map(|one| one.changes.iter().copied()).collect();
+                // The sum of ln(error_j) over the joints j has the same minimum as the geometric mean of the errors.
                 self.errors(&all).iter().filter(|error| **error > 0.0).map(|error| error.ln()).sum::<f64>()
             };
             let (mut low, mut high) = (described - LOG_SCALE_RANGE, described + LOG_SCALE_RANGE);
             let inner = |low: f64, high: f64| [high - GOLDEN_STEP * (high - low), low + GOLDEN_STEP * (high - low)];
             let [mut a, mut b] = inner(low, high);
             let (mut at_a, mut at_b) = (error(&mut suspicions, a), error(&mut suspicions, b));
+            // Golden-section search: one of the inner points a, b is also an inner point of the shorter interval. So each step
+            // needs only one new fit.
             while high - low > LOG_SCALE_TOLERANCE {
                 if at_a < at_b {
                     (high, b, at_b) = (b, a, at_a);

@@ -46,6 +46,8 @@ impl DiagnosisInput<'_> {
             found.push(Finding::of(Fault::DeadTorque, joints, evidence, NAME_TORQUES));
         }
         let (n, tau) = (self.n(), &self.samples.kept.tau);
+        // Torques that are not constant may still be far too small for a measurement. Joints are left out if their torque is
+        // constant (reported above), or if it is known that they have no measured torque.
         let largest = |k: usize| tau.iter().skip(k).step_by(n).fold(0.0, |m: f64, x| m.max(x.abs()));
         let has_finding = |k: &usize| {
             let is_it = |s: &Suspect| s.coordinate == self.name(*k);
@@ -58,6 +60,7 @@ impl DiagnosisInput<'_> {
             let evidence = "memory that a driver never wrote looks so".into();
             found.push(Finding::of(fault, joints, evidence, NAME_TORQUES));
         }
+        // A saturated torque is a separate finding for each joint, because the share of saturated rows differs by joint.
         for suspect in self.suspects {
             let Some(share) = suspect.saturated.filter(|share| *share > SATURATED_ROWS_SHARE) else { continue };
             let evidence = "its largest and smallest values come again and again".into();

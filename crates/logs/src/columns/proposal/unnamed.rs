@@ -25,6 +25,7 @@ pub(super) fn by_values(
     proposal: &mut Proposal,
     names: &mut ColumnNames,
 ) -> bool {
+    // Columns whose headers name joints but no quantity are usually positions.
     let is_joint = |pattern: &str| {
         let own = words(&pattern.replace("{joint}", " "));
         !own.is_empty() && own.iter().all(|word| JOINT_WORDS.split_whitespace().any(|joint| joint == word))
@@ -36,6 +37,7 @@ pub(super) fn by_values(
         names.position = Some(given);
         return true;
     }
+    // Otherwise the values decide: a column is a position if another column is its derivative.
     let Some(found) = relations(table, clock.map(|clock| clock.0), coordinates.len()) else { return false };
     let Relations { positions, velocities, others } = found;
     let mut propose = |quantity: Quantity, columns: &[usize], reason: &str| {
@@ -49,6 +51,7 @@ pub(super) fn by_values(
             set_unit(names, quantity, unit);
         }
     };
+    // Positions are first, because the unit of the velocities follows from the unit of the positions.
     propose(Quantity::Position, &positions, "other columns are their derivatives");
     propose(Quantity::Velocity, &velocities, "the derivatives of the positions");
     if let Some(others) = others {

@@ -93,6 +93,8 @@ impl<'a> BodyWalk<'a, '_> {
             let view = self.defaults.view(child, class);
             match child.tag.as_str() {
                 "body" => self.body(child, body, class, frame)?,
+                // The children of a `<frame>` belong to the body around the frame, so the body stays the same. Only the
+                // pose and the class of the defaults change.
                 "frame" => {
                     let own = frame.compose(&self.placed(View::bare(child))?);
                     self.inside(child, body, child.attribute("childclass").or(class), &own)?;
@@ -119,6 +121,7 @@ impl<'a> BodyWalk<'a, '_> {
                     );
                     return Err(child.error(message));
                 }
+                // Other elements are ignored, except those whose names are nearly equal to the name of a known element.
                 tag => {
                     let other = (!CHILDREN.contains(&tag)).then(|| nearest(tag, CHILDREN)).flatten();
                     if let Some(meant) = other {
