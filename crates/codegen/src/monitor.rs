@@ -33,10 +33,11 @@ pub struct Monitor {
     pub bands: Vec<[f64; 6]>,
     /// Limit of the torque of each joint, N m (N); infinite where there is none.
     pub efforts: Vec<f64>,
-    /// Factor G of the covariance C = G G' of the parameters. One row for each parameter: the base parameters, then FV, FS and
-    /// OFF (friction) of each joint.
+    /// A matrix G that factorises the covariance C of the parameters: C = G G'. G has one row for each parameter: the base
+    /// parameters, then FV, FS and OFF (friction) of each joint. The columns of G are called directions. If y is a row of the
+    /// regressor, the predicted torque has the variance y C y' = |y G|^2.
     pub factor: Vec<Vec<f64>>,
-    /// Number of columns of `factor`.
+    /// Number of directions, that is, of columns of the matrix `factor`.
     pub directions: usize,
     /// Standard deviation of each of the ten load parameters over all possible loads: the uncertainty before the first measured
     /// row.

@@ -198,7 +198,8 @@ impl ExcitingMotion {
         Ok((page, pictures))
     }
 
-    /// The proof by the search if the model is known, otherwise the statements in the file.
+    /// Where the limits on the page were proved. If the model is known, the search that found the motion has proved them.
+    /// Otherwise there is no proof, and the page repeats the statements in the file.
     fn shown(&self) -> ProofOrigin<'_> {
         self.model.as_ref().map_or(ProofOrigin::OfFile, |model| ProofOrigin::Found(&model.get().inner))
     }

@@ -42,7 +42,8 @@ const CENTRE_MARGIN: f64 = 1.0;
 /// and cables.
 const WIDEST_SPREAD: f64 = 2.0;
 /// Smallest usual radius of the mass distribution (root mean square distance from the centre of mass), as a fraction of the
-/// radius for constant density. An example of a small radius is one heavy motor in a long link.
+/// radius that the shapes would have with constant density. The fraction is small because a link may be long and light, with
+/// one heavy motor that has most of the mass.
 const NARROWEST_SPREAD: f64 = 0.2;
 /// `NARROWEST_SPREAD` is multiplied by this factor for meshes, of which only the bounding box is known: for example, the arms
 /// of a multicopter fill only a small part of their bounding box.

@@ -31,6 +31,7 @@ impl Robot {
         }
         let mut robot = self.clone();
         robot.coordinates.remove(k);
+        // If only the locked coordinate moves a joint, the joint and its rotor stand still, so there is no rotor inertia.
         for link in &mut robot.links {
             let moved = !link.joint.variable.terms.is_empty();
             hold(&mut link.geometry, link.joint.kind, &mut link.joint.variable, k, position);
@@ -39,6 +40,7 @@ impl Robot {
                 link.joint.rotor_inertia = RotorInertia::Absent;
             }
         }
+        // The frames of loop cuts may move with the coordinate too.
         for frame in robot.loops.iter_mut().flat_map(|one| [&mut one.cut, &mut one.twin]) {
             hold(&mut frame.geometry, frame.kind, &mut frame.variable, k, position);
         }

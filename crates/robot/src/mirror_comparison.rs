@@ -75,6 +75,7 @@ fn image(body: &Body, signs: Vector3) -> RepairedBody {
 fn both(pair: &MirrorPair, left: &Body, right: &Body, findings: &mut Vec<Finding>) {
     let subject = format!("{} and {}", left.name, right.name);
     let mut find = |fact: &str, evidence| findings.push(Finding::new(&subject, Mistake::NotMirrored, fact, evidence));
+    // The order is mass, centre of mass, inertia. Only the first difference is reported, because it may cause the later ones.
     let ratio = left.mass.max(right.mass) / left.mass.min(right.mass);
     if ratio > MASS_FACTOR {
         let [one, other] = [left, right].map(|body| shown(body.mass, 4));
@@ -89,10 +90,13 @@ fn both(pair: &MirrorPair, left: &Body, right: &Body, findings: &mut Vec<Finding
         findings.extend(inertias(&subject, left, right, signs));
         return;
     }
+    // If the centre of the right body is the centre of the left body, a sign was forgotten when the values were copied. The
+    // same part on both sides, mounted turned, also has equal centres, but without a mistake.
     let as_copy = norm(minus(right.pose.position, left.pose.position));
     if as_copy <= COPY_SHARE * off && !pair.is_turned_copy {
         let changed: Vec<&str> =
             ["x", "y", "z"].into_iter().zip(signs).filter(|(_, s)| *s < 0.0).map(|p| p.0).collect();
+        // Let s be the diagonal of M. A product of inertia ij changes its sign in the mirror image if s_i s_j < 0.
         let odd: Vec<&str> = SIX.iter().filter(|(_, i, j)| signs[*i] * signs[*j] < 0.0).map(|six| six.0).collect();
         let odd = if odd.is_empty() { String::new() } else { format!(" and of {}", odd.join(", ")) };
         let fact = format!(
@@ -140,17 +144,20 @@ fn inertias(subject: &str, left: &Body, right: &Body, signs: Vector3) -> Option<
 fn slips(left: &Body, right: &Body, signs: Vector3, given: &[f64; 6], wanted: &[f64; 6]) -> Vec<(String, [f64; 6])> {
     let name = |k: usize| SIX[k].0;
     let mut found = Vec::new();
+    // Slip 1: wrong signs of products of inertia (places 1, 2 and 4 of `SIX`).
     let changed: Vec<usize> = [1, 2, 4].into_iter().filter(|&k| given[k] * wanted[k] < 0.0).collect();
     if !changed.is_empty() {
         let names: Vec<&str> = changed.iter().map(|&k| name(k)).collect();
         let six = std::array::from_fn(|k| if changed.contains(&k) { -given[k] } else { given[k] });
         found.push((format!("the sign of {} changed on one side", names.join(", ")), six));
     }
+    // Slip 2: two moments (places 0, 3 and 5) or two products exchanged.
     for (a, b) in [(0, 3), (0, 5), (3, 5), (1, 2), (1, 4), (2, 4)] {
         let mut six = *given;
         six.swap(a, b);
         found.push((format!("{} and {} of one side exchanged", name(a), name(b)), six));
     }
+    // Slip 3: one number is wrong by a power of ten.
     for k in 0..6 {
         let power = (wanted[k] / given[k]).abs().log10().round();
         if power.is_finite() && power != 0.0 {
@@ -166,6 +173,7 @@ fn slips(left: &Body, right: &Body, signs: Vector3, given: &[f64; 6], wanted: &[
             ));
         }
     }
+    // Slip 4: wrong rotation of the inertial frame. With R of the left body, the right body should have M R M.
     let across = |m: &Matrix3| [0, 1, 2].map(|i| [0, 1, 2].map(|j| signs[i] * signs[j] * m[i][j]));
     let mirrored = Body { pose: Pose { rotation: across(&left.pose.rotation), ..right.pose }, ..right.clone() };
     if mirrored.pose != right.pose {

@@ -188,7 +188,8 @@ const fn defect(file: &'static str, from: &'static str, to: &'static str, code: 
     Defect { file, from, to, code, says }
 }
 
-/// The keys of margins. Some entries of `DEFECTS` increase these margins.
+/// Texts by which the test recognises the entries of `DEFECTS` that increase a margin: for the encoder zero, for the tracking
+/// error (its entry names the joint `turn` first), for the calibration, and for the mass of the payload.
 const MARGINS: [&str; 4] = ["encoder_zero", "turn: ", "calibration", "mass: 0.5"];
 
 /// Defects in the files: one of each kind, with the expected exit code and message of the checker.
@@ -258,7 +259,7 @@ fn a_motion_is_proven_anew_without_rist_and_each_defect_is_found() {
     );
     let motion = std::fs::read_to_string(folder.join("motion.yaml")).unwrap();
     DEFECTS.iter().for_each(|defect| found_out(&folder, defect, &motion));
-    // If the user requires larger margins, rist also finds that the motion breaks a limit.
+    // If the user requires a larger value of one of the `MARGINS`, rist also finds that the motion breaks a limit.
     for Defect { file, from, to, .. } in
         DEFECTS.iter().filter(|defect| MARGINS.iter().any(|key| defect.from.contains(key)))
     {

@@ -100,8 +100,8 @@ fn sides_of_a_joint_need_no_margin() {
     }
 }
 
-/// If a request is refused, the message states how many poses break each limit. If it contains a remedy, this gives a motion
-/// exactly as it is printed. If no remedy helps, none is printed.
+/// If a request is refused, the message states how many poses break each limit. If the message contains a remedy (a change of
+/// the limits), the request with exactly this change gives a motion. If no remedy helps, the message contains none.
 #[test]
 fn a_refusal_counts_and_its_remedy_was_tried() {
     // Two fingers with a largest opening of 2 cm.

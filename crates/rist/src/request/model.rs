@@ -68,7 +68,8 @@ impl ModelOptions {
     }
 
     /// The options stored in an artefact (a plan, a motion or an estimate), except where `self` differs from the default: there
-    /// `self` counts. Of an option with several names, only the names in `self` are replaced.
+    /// `self` counts. Some options have one value per name, for example `lock`, with one position per joint. Of these options,
+    /// only the values of the names in `self` are replaced.
     pub fn over(&self, description: &DescriptionOptions) -> Result<ModelOptions, Error> {
         let mut all: BTreeMap<&str, Value> = ModelOptions::of_description(description).given().into_iter().collect();
         for (key, value) in self.given() {

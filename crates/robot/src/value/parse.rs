@@ -161,6 +161,7 @@ impl Parser<'_> {
         let end = self.rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(self.rest.len());
         let (word, rest) = self.rest.split_at(end);
         self.rest = rest;
+        // Functions and pi come first, so no symbol or coordinate of the description can replace them.
         if word == "atan2" {
             if !self.take('(') {
                 return Err("`atan2` needs its two arguments in parentheses".into());

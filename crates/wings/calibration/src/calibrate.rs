@@ -150,6 +150,7 @@ pub fn calibrate_table(
     let options = request.options.clone().unwrap_or_default();
     let read = PoseTable::of_table(table, robot, &chain.coordinates, &options, request.touched)?;
     let mut postures = read.postures(&options.corrections)?;
+    // A compliance is the rotation per holding torque. So a fit of stiffness needs the holding torques at all postures.
     if request.what == Calibrated::Stiffness {
         let torque =
             torque.ok_or_else(|| Error::new("[what=stiffness] needs the bodies of the description, or [estimate]"))?;
@@ -158,10 +159,12 @@ pub fn calibrate_table(
     let tip = chain.links.last().map_or(String::new(), |&j| robot.link(j).name.clone());
     let problem = Problem::new(chain, read.kind, postures);
     let names = names_of(robot, read.kind.points());
+    // The table contains no information on the gear scale of a joint that does not move the measured link.
     if let Some(name) = request.gears.iter().find(|name| !read.coordinates.contains(name)) {
         let known = read.coordinates.join(", ");
         return Err(Error::new(format_args!("[gears]: no joint `{name}` moves the measured link; these do: {known}")));
     }
+    // A wrong measured link is one of the possible mistakes. The other links are tried only if the errors are large.
     let tips = || other_tips(robot, table, &problem, &options, request);
     let (levels, found) = fitted(robot, &problem, &read, &tips, request)?;
     let verdict = verdict(robot, &problem, &names, &levels, &found);

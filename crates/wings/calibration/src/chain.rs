@@ -160,6 +160,7 @@ impl Chain {
         let mut links: Vec<LinkId> = std::iter::successors(Some(tip), |&j| robot.link(j).antecedent).collect();
         links.reverse();
         let terms = |j: LinkId| robot.link(j).joint.variable.terms.iter();
+        // Coordinates with an index from n_coordinates() on are passive: loops determine them, so the table lacks them.
         if let Some(j) = links.iter().find(|&&j| terms(j).any(|(k, _)| k.0 >= robot.n_coordinates())) {
             let message = format!(
                 "joint `{}` follows from a loop that is solved numerically: a calibration needs joints whose positions are \
@@ -177,6 +178,7 @@ impl Chain {
                 robot.link(tip).name
             )));
         }
+        // The order of the parameters is zeros, geometry, gears, compliances. `derivatives` computes the indices from it.
         let zeros = coordinates.iter().map(|&coordinate| Parameter::Zero { coordinate });
         let mut chain =
             Chain { elements: vec![], links, parameters: zeros.collect(), coordinates, geometry: 0, convention };

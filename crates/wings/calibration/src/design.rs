@@ -97,6 +97,7 @@ pub fn design(robot: &Robot, directory: &Path, request: &CalibrateRequest, count
     let n = chain.coordinates.len();
     let kind = if request.measured == Measured::Pose { MeasurementKind::Pose } else { MeasurementKind::Points(1) };
     let rotation = (kind == MeasurementKind::Pose).then(nalgebra::Matrix3::identity);
+    // A design does not use measured values, only their kind. So all postures are copies of `like`, with random q.
     let (q, torque) = (vec![0.0; n], vec![0.0; n]);
     let like = Posture { line: 0, q, torque, points: vec![[0.0; 3]], rotation, distance: None };
     let problem = Problem::new(chain, kind, vec![like.clone()]);
@@ -109,6 +110,7 @@ pub fn design(robot: &Robot, directory: &Path, request: &CalibrateRequest, count
     let (free, notes) = free_postures(robot, directory, &problem, &like)?;
     let pool = Pool::new(&problem.with(free), &base);
     let chosen = pool.designed(count);
+    // The smallest number of designed postures that determines all base parameters, for the message of the error.
     let smallest = || (1..=CANDIDATES).find(|&n| pool.determined(&pool.designed(n)).is_some());
     if pool.determined(&chosen).is_none() {
         let enough = smallest().map_or(String::new(), |n| format!(": {n} do"));
@@ -116,6 +118,7 @@ pub fn design(robot: &Robot, directory: &Path, request: &CalibrateRequest, count
             format!("[design]: {count} postures do not determine {} base parameters{enough}", base.kept.len());
         return Err(Error::new(message));
     }
+    // The curve: designs of several sizes, each beside the same number of random postures (at most AT_RANDOM postures).
     let mut sizes = SIZES.to_vec();
     sizes.push(count);
     sizes.sort_unstable();
@@ -141,6 +144,7 @@ fn free_postures(
     like: &Posture,
 ) -> Result<(Vec<Posture>, Vec<String>), Error> {
     let limits = robot.coordinates.iter().map(|c| c.limits.position);
+    // Joints that are not in the chain stand at zero, or at the limit that is nearest to zero.
     let zero: Vec<f64> = limits.map(|limits| limits.map_or(0.0, |(low, high)| 0.0f64.max(low).min(high))).collect();
     let all = |posture: &Posture| {
         let mut q = zero.clone();
@@ -154,10 +158,12 @@ fn free_postures(
     let situation = Situation { rest: zero.clone(), zero: zero.clone(), moves, poses };
     let clearance = Clearance::new(robot, directory, &ClearanceRules::default(), &situation).map_err(Error::new)?;
     let which: Vec<usize> = (0..clearance.gaps().len()).collect();
+    // A posture is free of contact if every distance is at least the distance that the rules require.
     let is_free = |posture: &Posture| {
         let rooms = clearance.rooms(&all(posture), &vec![0.0; zero.len()], &which);
         rooms.iter().zip(clearance.gaps()).all(|(room, gap)| room.reached >= gap.bound)
     };
+    // The three groups of `Pool`, in this order.
     let wanted = CANDIDATES + AT_RANDOM + ELSEWHERE;
     let free: Vec<Posture> = tried.into_iter().filter(is_free).take(wanted).collect();
     if free.len() < wanted {

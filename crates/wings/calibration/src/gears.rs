@@ -77,6 +77,8 @@ fn fitted(problem: &Problem, level: &Level, gears: &[usize], limit: f64) -> Opti
     };
     let (start, noise) = (&level.fit.unknowns, level.fit.noise);
     let mut gears = gears.to_vec();
+    // The first round fits all scales, the second only those that were significant in the first. If one of these is no longer
+    // significant, there is no result.
     for _ in 0..2 {
         let active = with(&gears);
         let candidate = level.candidate(problem, &active);
@@ -87,6 +89,7 @@ fn fitted(problem: &Problem, level: &Level, gears: &[usize], limit: f64) -> Opti
             return None;
         }
         if clear.len() == gears.len() {
+            // Only postures that the fit without these scales uses count, so that the errors of both fits can be compared.
             let each = candidate.left_out(start, noise);
             let left_out = error_of(problem, &each, |r| level.fit.used[r]);
             return Some(FittedGears { all: clear, left_out });

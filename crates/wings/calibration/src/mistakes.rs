@@ -82,11 +82,14 @@ pub(crate) fn spread_of_links(problem: &Problem) -> f64 {
 /// The possible mistakes of a table, each with its correction.
 fn candidates(table: &PoseTable, given: &TableCorrections) -> Vec<(String, TableCorrections)> {
     let mut all: Vec<(String, TableCorrections)> = Vec::new();
+    // Each candidate changes the corrections of the user by one more. If the user already gave this correction, it is taken
+    // back (`^=`), because the correction may be the mistake.
     let mut add = |fault: &str, change: &dyn Fn(&mut TableCorrections)| {
         let mut corrections = given.clone();
         change(&mut corrections);
         all.push((fault.into(), corrections));
     };
+    // Only mistakes that this table can have are tried, for example degrees only if a joint is revolute.
     if table.slides.iter().any(|slides| !slides) {
         add("the positions of the joints are in degrees", &|c| c.joint_degrees ^= true);
     }
@@ -143,6 +146,7 @@ pub(crate) fn mistakes<'a>(
         return Ok(Vec::new());
     }
     let mut found = Vec::new();
+    // A correction that this table does not allow explains nothing and is skipped.
     for (fault, corrections) in candidates(table, given) {
         let Ok(postures) = table.postures(&corrections) else { continue };
         let after = share_under(robot, &problem.with(postures))?;
@@ -150,6 +154,7 @@ pub(crate) fn mistakes<'a>(
             found.push(Mistake { fault, corrections, tip: None, shares: [as_given, after] });
         }
     }
+    // A wrong measured link needs another chain instead of other numbers. The criterion is the same.
     for (name, other) in tips() {
         let after = share_under(robot, &other)?;
         if CURED * after < as_given {
@@ -158,6 +163,7 @@ pub(crate) fn mistakes<'a>(
             found.push(Mistake { fault, corrections, tip, shares: [as_given, after] });
         }
     }
+    // The table cannot decide between mistakes that explain it about equally well, so all of them are kept.
     found.sort_by(|a, b| a.shares[1].total_cmp(&b.shares[1]));
     let best = found.first().map_or(0.0, |m| m.shares[1]);
     found.retain(|m| m.shares[1] <= AS_WELL * best);

@@ -113,6 +113,7 @@ impl Calibration {
 
     /// Two views of the robot with the errors as arrows; `None` without measured points.
     fn arrows(&self, robot: &Robot, points: &[PointError]) -> Option<Section<'static>> {
+        // Scale of the arrows: the longest error before calibration is drawn about ARROW_SHARE times as long as `size`.
         let largest = points.iter().map(|p| p.errors[0].norm()).fold(0.0, f64::max);
         let centre = points.iter().map(|p| p.place).sum::<Vector3<f64>>() / points.len().max(1) as f64;
         let size = points.iter().map(|p| (p.place - centre).norm()).fold(0.0, f64::max);

@@ -238,6 +238,7 @@ impl PoseTable {
         let swapped: Vec<(usize, usize)> =
             by.swapped.iter().map(|[a, b]| Ok((place(a)?, place(b)?))).collect::<Result<_, Error>>()?;
         let millis = if by.millimetres { 1e-3 } else { 1.0 };
+        // The order is units, exchanged columns, signs. So a reversed sign belongs to a joint and not to a column.
         let posture = |row: &Row| {
             let mut q = row.q.clone();
             if by.joint_degrees {
@@ -250,10 +251,12 @@ impl PoseTable {
                 Some(orientation) => Some(self.rotation(row, orientation, by)?),
                 None => None,
             };
+            // The inverse of a pose (R, p) is (R', -R' p).
             if let (true, Some(r), [point]) = (by.inverted_poses, &mut rotation, points.as_mut_slice()) {
                 *r = r.transpose();
                 *point = (-(*r * Vector3::from(*point))).into();
             }
+            // Only a fit of stiffness needs the holding torques, and it sets them later.
             let torque = vec![0.0; q.len()];
             Ok(Posture { line: row.line, q, torque, points, rotation, distance: row.distance.map(|d| millis * d) })
         };
@@ -369,6 +372,7 @@ impl<'a> Headers<'a> {
     }
 
     fn orientation(&self, given: &MeasurementColumns) -> Result<Option<(Orientation, Vec<Source>)>, Error> {
+        // Columns that the user names have priority over columns with known names.
         if let Some(headers) = &given.orientation {
             let found: Vec<Source> = headers.iter().map(|name| self.given(name)).collect::<Result<_, _>>()?;
             return match found.len() {
@@ -381,6 +385,8 @@ impl<'a> Headers<'a> {
             words.iter().map(|w| self.ending(&format!("{w}{number}"))).collect()
         };
         let four = |prefix: &str| ["x", "y", "z", "w"].map(|axis| format!("{prefix}{axis}"));
+        // The first complete set of columns counts: quaternions, then roll, pitch and yaw, then rotation vectors. Sets with the
+        // number 1 are searched last.
         for number in ["", "1"] {
             for prefix in ["orientation_", "rotation_", "quaternion_", "q", "q_"] {
                 let words = four(prefix);

@@ -33,6 +33,7 @@ fn frame_json(frame: &Placed) -> Value {
 
 impl Calibration {
     fn level_json(&self, level: &Level) -> Value {
+        // The parameters of the frames are left out, because base, tool and points have their own keys below.
         let parameters: Vec<Value> = self
             .parameters(level)
             .into_iter()
@@ -126,6 +127,7 @@ impl fmt::Display for Calibration {
         }
         writeln!(f, "\n{}: error of the description, with its 95 % interval", level.what)?;
         let parameters = self.parameters(level);
+        // The frames of base and tool describe the measurement and are no errors of the robot, so they are not listed.
         let of_robot = parameters.iter().filter(|p| p.parameter.group() != ParameterGroup::Frames);
         of_robot.into_iter().try_for_each(|p| {
             let [name, value, interval, unit] = self.parameter_cells(p);
@@ -137,6 +139,7 @@ impl fmt::Display for Calibration {
         }
         writeln!(f)?;
         let verdict = &self.verdict;
+        // The first level fits only the frames (the description alone), the last level is the fit that the user asked for.
         if let [before, .., after] = errors(&self.problem, &self.levels).as_slice() {
             let without = if self.outliers(level).is_empty() { "" } else { ", without the wrong ones" };
             let (before, after) = (shown(before), shown(after));
@@ -157,6 +160,7 @@ impl fmt::Display for Calibration {
 pub fn inspected(robot: &Robot, request: &CalibrateRequest) -> Result<(String, Value), Error> {
     let chain = chain_of(robot, request)?;
     let n = chain.coordinates.len();
+    // Only the kind of the measurement (a pose) matters. The numbers do not: `geometric_base` uses random postures.
     let posture = Posture {
         line: 0,
         q: vec![0.0; n],

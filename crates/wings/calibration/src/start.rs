@@ -49,6 +49,7 @@ const SINGULAR: f64 = 1e-9;
 /// The start with the smallest residual. `active`: the frames and zeros that are fitted; `starts`: largest number of random zeros
 /// that are tried.
 pub(crate) fn start(problem: &Problem, active: &[usize], starts: usize) -> Unknowns {
+    // At most MAX_POSTURES postures, spread evenly over the table, are enough for a start and save time.
     let stride = problem.postures.len().div_ceil(MAX_POSTURES).max(1);
     let some = problem.with(problem.postures.iter().step_by(stride).cloned().collect());
     let rows: Vec<usize> = (0..some.postures.len()).collect();
@@ -57,6 +58,8 @@ pub(crate) fn start(problem: &Problem, active: &[usize], starts: usize) -> Unkno
     };
     let (frames, zeros) = (of(&[ParameterGroup::Frames]), of(&[ParameterGroup::Frames, ParameterGroup::Zeros]));
     let fitter = |active| Fitter { problem: &some, active, prior: None, rows: &rows };
+    // From given zeros: the frames first, then frames and zeros together. If there is no closed form of the frames, several
+    // candidates are refined without zeros, and the best result counts.
     let from = |chain: Vec<f64>| {
         let each = candidates(&some, &chain);
         let several = each.len() > 1;
@@ -67,6 +70,8 @@ pub(crate) fn start(problem: &Problem, active: &[usize], starts: usize) -> Unkno
     };
     let nothing = vec![0.0; problem.chain.parameters.len()];
     let Some(mut best) = from(nothing.clone()) else { return problem.nominal() };
+    // The cost of a search is the sum over the postures of ln(1 + (e/2.5)^2), with e = residual / noise. The limit is this cost
+    // for e = GOOD at every posture.
     let limit = rows.len() as f64 * (GOOD / 2.5_f64).powi(2).ln_1p();
     let mut random = Random::new(0x7a65_726f);
     for _ in 0..starts {

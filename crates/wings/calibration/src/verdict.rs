@@ -86,6 +86,7 @@ pub(crate) fn verdict(
     claims.extend(of_comparison(problem, levels, recommended));
     claims.extend(of_prediction(problem, levels));
     claims.extend(of_motion(problem, names));
+    // A mistake in the table makes the parameters wrong. So claims on them are made only for a table without mistakes.
     if mistakes.is_empty() {
         let determination = Determination { robot, problem, names, level };
         claims.extend(determination.of_parameters());
@@ -95,6 +96,7 @@ pub(crate) fn verdict(
     claims.extend(of_zeros(problem, names, level));
     claims.extend(of_outliers(problem, level));
     claims.extend(of_loops(robot, problem));
+    // Trust needs a claim on the error on left-out postures. The other topics count only if a claim on them exists.
     let measured = if level.left_out.length.is_some() { LENGTHS } else { ANGLES };
     let purpose = Purpose::new("poses of the robot", Need::new(Subject::whole(measured)));
     let others = [OTHER_LENGTHS, OTHER_ANGLES, PARAMETERS, ZERO, OUTLIERS, LOOPS, MOTION];
@@ -103,6 +105,7 @@ pub(crate) fn verdict(
     let purpose = further.fold(purpose, Purpose::and).and(Need::uncontradicted(Subject::whole(GEAR)));
     let trust = worst(&claims, &purpose).trust();
     let lowered = lowering(&claims, &purpose);
+    // If the trust is `No`, only the contradicted claims are named as reasons.
     let of_it = |claim: &&&Claim| trust != Trust::No || claim.is_contradicted();
     let lowered: Vec<&Claim> = lowered.iter().filter(of_it).copied().collect();
     let (reasons, next) = (lowered.iter().map(|c| sentence(c)).collect(), lowered.first().map(|c| what_mends(c)));

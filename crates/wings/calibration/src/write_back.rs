@@ -89,6 +89,7 @@ pub fn calibrated_yaml(
             "a YAML has gamma, b, alpha, d, theta and r of each link: calibrate it with [names=dh]",
         ));
     }
+    // A zero z of coordinate k adds c z to theta (or r) of each joint whose variable contains k with the factor c.
     let mut errors: Vec<(LinkId, GeometryErrors)> = robot.link_ids().map(|j| (j, [0.0; 7])).collect();
     for (parameter, x) in chain.parameters.iter().zip(values) {
         match *parameter {
@@ -104,6 +105,7 @@ pub fn calibrated_yaml(
             _ => {}
         }
     }
+    // Check before the text is returned: it is read again, and its poses must equal the calibrated poses at random positions.
     let written = write_geometry_into_yaml(text, file, robot, &errors)?;
     let other =
         |why: String| Error::new(format_args!("nothing is written: the description with the calibrated table {why}"));

@@ -25,6 +25,7 @@ pub(crate) fn files(parts: &PackageParts) -> Result<Vec<PackageFile>, Error> {
     let wanted: Vec<RobotFunction> =
         ["inverse-dynamics", "gravity"].iter().map(|name| function_named(robot, name)).collect::<Result<_, _>>()?;
     let module = modeling::module(robot, &wanted).map_err(Error::new)?;
+    // The generated function as the definition of a Python function, with `doc` as its docstring.
     let python = |(name, doc): (&str, &str)| {
         let function = module.functions.iter().map(|f| &f.function).find(|f| f.name == name);
         function.map(|f: &Function| definition(&f.bound(), doc)).unwrap_or_default()
@@ -33,6 +34,7 @@ pub(crate) fn files(parts: &PackageParts) -> Result<Vec<PackageFile>, Error> {
         ("inverse_dynamics", "Torques without friction, N m (N); x: base parameters."),
         ("gravity", "Torques that hold the joints against gravity, N m (N)."),
     ];
+    // IS_GOAL: the servos take position goals, not currents. IS_WHOLE: the unit is a count of a register, so it has integers.
     let is_goal = drives.effort == Effort::PositionError;
     let quoted_joints: Vec<String> = parts.model.regressor().coordinates().iter().map(|name| quoted(name)).collect();
     let truth = |x: bool| String::from(if x { "True" } else { "False" });

@@ -47,6 +47,7 @@ impl PackageParts<'_> {
     /// The template with the texts that all packages have, and with `more`.
     pub(crate) fn filled(&self, template: &str, more: &[(&str, String)]) -> String {
         let drives = &self.drives;
+        // `comment` changes texts of the user so that they cannot end the comment of the generated file that contains them.
         let [position, velocity, effort] = drives.units.clone().map(|unit| comment(&unit));
         let real = |x: &[f64]| numbers(x, "(real)");
         let kind = match drives.effort {
@@ -82,6 +83,7 @@ impl PackageParts<'_> {
             ("SPRINGS", real(&drives.springs)),
             ("LIMITS", real(&self.limits)),
         ];
+        // The first entry with a name counts, so `more` has priority over the common texts.
         filled(template, &[more, &common].concat())
     }
 

@@ -87,6 +87,7 @@ impl Compiler {
         if let Some(which) = view.choice("inertiafromgeom", &["false", "true", "auto"])? {
             self.inertia_from_geom = [InertiaFromGeom::Never, InertiaFromGeom::Always, InertiaFromGeom::Auto][which];
         }
+        // A missing attribute keeps the value that an earlier element gave.
         self.ranges_are_limits = view.flag("autolimits")?.unwrap_or(self.ranges_are_limits);
         self.balances = view.flag("balanceinertia")?.unwrap_or(self.balances);
         self.strips_path = view.flag("strippath")?.unwrap_or(self.strips_path);
@@ -95,9 +96,11 @@ impl Compiler {
         }
         self.least_mass = view.number("boundmass")?.unwrap_or(self.least_mass);
         self.least_inertia = view.number("boundinertia")?.unwrap_or(self.least_inertia);
+        // A total of zero or less, such as the default -1 of MuJoCo, means that the masses are not scaled.
         if let Some(total) = view.number("settotalmass")? {
             self.total_mass = Some(total).filter(|total| *total > 0.0);
         }
+        // `assetdir` is the folder of meshes and textures; `meshdir` is the folder of meshes alone, so it has priority.
         if let Some(folder) = view.get("assetdir").or(view.get("meshdir")) {
             self.mesh_folder = view.get("meshdir").unwrap_or(folder).to_string();
         }

@@ -134,14 +134,17 @@ impl MjcfReader<'_> {
             line: at.row as usize,
             column: at.col as usize,
         };
+        // This function calls itself once for each level of the file, so the depth must be bounded.
         if depth > MAX_ELEMENT_DEPTH {
             return Err(
                 element.error(format!("elements stand {MAX_ELEMENT_DEPTH} deep in each other: no robot is so deep"))
             );
         }
+        // The count goes over the description and all included files together.
         self.elements = self.elements.checked_sub(1).ok_or_else(|| {
             element.error(format!("more than {MAX_ELEMENTS} elements, with those of included files, are no robot"))
         })?;
+        // The elements of the included file take the place of the `<include>` among its siblings.
         if element.tag == "include" {
             siblings.append(&mut self.include(&element, folder, depth)?);
             return Ok(());

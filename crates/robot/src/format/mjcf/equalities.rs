@@ -201,6 +201,7 @@ impl Closing<'_, '_> {
     /// file. `None` if a body is not part of the robot.
     fn ends(&self, view: View) -> Result<Option<[(usize, Vector3); 2]>, Error> {
         let error = |what: String| view.element.error(what);
+        // The world has index 0. It is the body if the attribute is missing.
         let body = |key: &str| -> Result<usize, Error> {
             let Some(name) = view.get(key) else { return Ok(0) };
             let found = self.bodies.iter().position(|body| body.name == name);
@@ -218,6 +219,8 @@ impl Closing<'_, '_> {
             let found = self.bodies.iter().enumerate().find_map(on);
             found.ok_or_else(|| error(format!("`{key}` of {} is no site: `{}`", view.element.called(), shown(name))))
         };
+        // `anchor` is one point, in the frame of `body1`. With the joints at their positions in the file, both bodies have this
+        // point in common. Without an anchor, two sites give one point on each body.
         let ends = match view.vector::<3>("anchor")? {
             Some(anchor) => {
                 let (first, second) = (body("body1")?, body("body2")?);
@@ -227,6 +230,7 @@ impl Closing<'_, '_> {
             }
             None => [site("site1")?, site("site2")?],
         };
+        // The world is no link of the robot. But a loop may end at the world if the base is fixed to it.
         let is_part = |b: usize| self.moved.is_part[b] || (b == 0 && self.moved.floating.is_none());
         Ok(Some(ends).filter(|ends| ends.iter().all(|(b, _)| is_part(*b))))
     }

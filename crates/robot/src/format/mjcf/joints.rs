@@ -245,12 +245,15 @@ fn joint<'a>(
     let point = frame.compose(&Pose { position: view.vector("pos")?.unwrap_or([0.0; 3]), ..Pose::IDENTITY }).position;
     let point = point.map(|x| given_length(x, compiler.angles));
     let axis = turned(&frame.rotation, direction(view, "axis", view.vector("axis")?.unwrap_or([0.0, 0.0, 1.0]))?);
+    // Removes rounding errors from the axis. The axis is not zero, because `direction` refuses a zero vector.
     let axis = unit_axis(axis, compiler.angles).unwrap_or(axis);
+    // The positions of a hinge are angles, possibly in degrees. The positions of a slide are lengths, m.
     let position = |x: f64| if slides { x } else { compiler.angle(x) };
     let reference = position(view.number("ref")?.unwrap_or(0.0));
     let name = view.element.attribute("name").unwrap_or("").to_string();
     let subject = if name.is_empty() { of.name.clone() } else { name.clone() };
     let mut note = |text: &str| notes.push(Note { subject: subject.clone(), text: text.into() });
+    // MuJoCo allows damping as a polynomial of the velocity. The robot model has only the first coefficient, viscous friction.
     let damping = view.numbers("damping", 1, 9)?;
     if damping.as_ref().is_some_and(|d| d[1..].iter().any(|x| *x != 0.0)) {
         note(POLYNOMIAL_DAMPING);

@@ -16,6 +16,7 @@ pub(super) fn note(
     joints: &[MjcfJoint],
     notes: &mut Vec<Note>,
 ) -> Result<(), Error> {
+    // A section may stand several times in a file. Each kind of section is listed once.
     let mut sections: Vec<&str> = Vec::new();
     let is_silent = |tag: &str| SILENT.split(' ').any(|silent| silent == tag);
     for section in root.children.iter().filter(|s| !s.children.is_empty() && !is_silent(&s.tag)) {
@@ -31,6 +32,7 @@ pub(super) fn note(
         }
         notes.push(Note { subject: subject(), text });
     }
+    // An attribute with the value 0 changes nothing, so it needs no note.
     let has = |name: &str| bodies.iter().filter(|b| b.element.attribute(name).is_some_and(|x| x.trim() != "0")).count();
     if has("gravcomp") > 0 {
         let text = "`gravcomp` of bodies is not read: the torques here are those against all of gravity";

@@ -40,6 +40,7 @@ pub(in crate::format) fn read_mjcf_with(
     options: ReadOptions,
 ) -> Result<Robot, Error> {
     let source = DescriptionFile { file };
+    // An MJCF has no symbols, so each given value of a symbol is a mistake of the user.
     if let Some((name, _)) = options.values.first() {
         return Err(source.whole(no_symbol(name, &[])));
     }
@@ -55,11 +56,13 @@ pub(in crate::format) fn read_mjcf_with(
     let tied = equalities(&root, &defaults, &bodies, &moved, &drives, options.mimic, &mut notes)?;
     let mut visuals = Vec::new();
     let mut carried = carried(&bodies, &moved, &compiler, &meshes, &mut snapped, &mut visuals)?;
+    // The total mass includes the bodies fixed to the base, so the masses are scaled before these bodies are taken out (`pop`).
     if let Some(total) = compiler.total_mass {
         scale_to(&mut carried, total);
     }
     let rooted = carried.pop().unwrap_or_default();
     let joints = file_joints(&bodies, &moved, &drives, &tied, carried, &mut notes);
+    // A joint is a coordinate if it follows no other joint (it is its own leader) and is not passive.
     if !options.floating_base && !joints.iter().any(|joint| joint.follows.leader == joint.id && !joint.is_passive) {
         return Err(root.error("no joint of the robot moves by itself; its base may float: [floating_base=true]"));
     }

@@ -363,6 +363,8 @@ impl Frames {
         own: ModifiedDh,
     ) -> Result<ModifiedDh, Error> {
         let mut placement = own;
+        // For each twin t, the nearest first: placement = (placement of t in its antecedent) placement. After the last twin,
+        // the antecedent is the link or the base.
         for &twin in &self.through[j] {
             let mut values = Vec::with_capacity(6);
             for (key, node) in GEOMETRY_KEYS.into_iter().zip(&self.geometry[twin]) {

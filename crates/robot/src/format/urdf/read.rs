@@ -55,10 +55,12 @@ pub fn read_urdf_with(text: &str, file: &str, options: ReadOptions) -> Result<Ro
         notes.extend(freed(joint, options.mimic));
         joints.push(file_joint(&model, &checked, moving, followed[moving.joint], limits, &mut notes));
     }
+    // A joint is a coordinate if it follows no other joint (it is its own leader). A fixed base needs at least one coordinate.
     if !floating && !joints.iter().any(|joint| joint.follows.leader == joint.id) {
         return Err(source.place(checked.at, "no joint of the robot moves by itself"));
     }
     let base = jointed::base(&carried(&model, &checked, &rooted));
+    // A URDF does not state gravity. The z axis of the base frame points upwards by convention.
     let rest = FileContext {
         name: if model.name.trim().is_empty() { "robot".into() } else { model.name },
         base,

@@ -151,6 +151,7 @@ pub(super) fn check_xml(source: DescriptionFile, text: &str, floats: bool) -> Re
             return Err(reader.error(node, format!("more than {MAX_LINKS} {tag}s are no robot")));
         }
     }
+    // `copy` refuses links and joints without a name, so `links` and `joints` may read a missing name as an empty text.
     reader.copy(root, "the robot")?;
     let of_links = || root.children().filter(|n| n.has_tag_name("link"));
     let named = |n: Node| (n.attribute("name").unwrap_or("").to_string(), shapes(n, "collision"));
@@ -348,6 +349,7 @@ impl<'a, 'i> UrdfChecker<'a, 'i> {
         for node in root.children().filter(|n| n.has_tag_name("joint") && !self.left_out.contains(n)) {
             let name = node.attribute("name").unwrap_or("").to_string();
             let kind = node.attribute("type").unwrap_or("");
+            // Three checks with different messages: the type is unknown; the joint lets the base float; the type is not read.
             if !KINDS.contains(&kind) {
                 let meant = did_you_mean(kind, KINDS[..4].iter().copied());
                 let message = format!(

@@ -59,6 +59,8 @@ pub(in crate::format) fn expanded(
     expander.element(&root, &mut out)?;
     let mut written = String::new();
     out.iter().for_each(|child| write(child, MAX_EXPANDED_BYTES, &mut written));
+    // A given argument that the description neither declares nor uses is probably misspelt. All names are known only now,
+    // because a macro or an included file may declare arguments too.
     let unused = arguments.iter().find(|(name, _)| !expander.declared.contains(name));
     match unused {
         Some((name, _)) => {
@@ -185,6 +187,7 @@ impl Expander<'_> {
                         shown(&value.text())
                     ))
                 })?;
+                // Content that the condition does not choose is not expanded, so it may contain names that are not defined.
                 if truth == (element.tag == "if") {
                     self.children(&element.children, element, out)?;
                 }
@@ -192,6 +195,7 @@ impl Expander<'_> {
             }
             "insert_block" => {
                 let name = self.text(element.needed("name")?, element)?.text();
+                // A scope has a block as `**name` (only the content of an element) or `*name` (the element with its content).
                 let block = [format!("**{name}"), format!("*{name}")].into_iter().find_map(|name| self.block(&name));
                 let block = block.ok_or_else(|| element.error(format!("there is no block `{}`", shown(&name))))?;
                 self.children(&block, element, out)
@@ -200,6 +204,7 @@ impl Expander<'_> {
                 let name = self.text(element.needed("macro")?, element)?.text();
                 self.call(&name, element, out)
             }
+            // Every other element of xacro is the call of a macro with this name.
             name if self.macros.contains_key(name) => self.call(name, element, out),
             name @ ("element" | "attribute") => {
                 Err(element.error(format!("<xacro:{name}> is not read: expand the file by `xacro`")))
@@ -285,6 +290,7 @@ impl Expander<'_> {
         let called = self.macros.get(name).cloned();
         let called = called.ok_or_else(|| element.error(format!("there is no macro `{}`", shown(name))))?;
         let mut scope = Scope::default();
+        // In `<xacro:call macro="..">`, the attribute `macro` is the name of the macro and not an argument.
         for (key, value) in element.attributes.iter().filter(|(key, _)| element.tag != "call" || key != "macro") {
             if !called.parameters.iter().any(|parameter| parameter.name == *key) {
                 let known: Vec<&str> = called.parameters.iter().map(|p| p.name.as_str()).collect();
@@ -296,6 +302,7 @@ impl Expander<'_> {
             }
             scope.insert(key.clone(), Meaning::Value(literal(self.text(value, element)?)));
         }
+        // The blocks are expanded before the scope of the macro is added, so their names have the meanings of the caller.
         let mut blocks = Vec::new();
         self.children(&element.children, element, &mut blocks)?;
         let mut blocks =
@@ -311,6 +318,7 @@ impl Expander<'_> {
                     if parameter.name.starts_with("**") { block.children.clone() } else { vec![Child::Element(block)] };
                 scope.insert(parameter.name.clone(), Meaning::Block(block));
             } else if !scope.contains_key(&parameter.name) {
+                // Without an argument, a parameter `name:=^` gets the value of `name` at the caller. The default is used last.
                 let forwarded = if parameter.forwards { self.known(&parameter.name, element)? } else { None };
                 let value = match (forwarded, &parameter.default) {
                     (Some(value), _) => value,

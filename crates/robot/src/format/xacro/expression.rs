@@ -1,6 +1,5 @@
 //! Evaluates expressions in `${}`: Python arithmetic on numbers, texts, lists and maps, without access to files or data of the
 //! computer, except YAML files that may be read. Operators, lowest precedence first:
-//!
 //! ```text
 //! x if c else y; or; and; not; == != < <= > >= in; + -; * / // %; - +; **; f(x), x[i], x[i:j], x.key, x.f(y); 1.5, 'text',
 //! [x, y], name
@@ -80,8 +79,7 @@ impl ExpressionParser<'_> {
             return Err(format!("more than {MAX_EXPRESSION_DEPTH} parentheses stand in one another"));
         }
         let start = self.at;
-        // In `x if c else y` the condition comes after the first branch. So the first branch is parsed to find the condition, and
-        // it is evaluated later if the condition holds.
+        // In `x if c else y`, c comes after x. So x is first only parsed, and it is evaluated later if c holds.
         let first = self.dead(Self::either)?;
         let found = if self.take("if") {
             let condition = self.either()?;
@@ -140,6 +138,7 @@ impl ExpressionParser<'_> {
     fn comparison(&mut self) -> Result<XacroValue, String> {
         let left = self.sum()?;
         let Some(operator) = self.peek().map(str::to_string) else { return Ok(left) };
+        // `not in` and `is not` have two tokens. `is` compares values here, and not identities as in Python.
         let is_not_in = operator == "not" && self.tokens.get(self.at + 1).is_some_and(|next| next == "in");
         if !["==", "!=", "<", "<=", ">", ">=", "in", "is"].contains(&operator.as_str()) && !is_not_in {
             return Ok(left);
@@ -225,6 +224,7 @@ impl ExpressionParser<'_> {
 
     fn called(&mut self) -> Result<XacroValue, String> {
         let mut value = self.atom()?;
+        // Each pass applies one suffix to the value: [i], [i:j], .key or .f(y).
         loop {
             let key = if self.take("[") {
                 let key = if self.peek() == Some(":") { XacroValue::None } else { self.choice()? };

@@ -31,6 +31,7 @@ fn of_text(text: &str, name: &str, arguments: &[XacroValue]) -> Result<Option<Xa
         let set = if let Text(set) = set { set.clone() } else { String::new() };
         move |c: char| if set.is_empty() { c.is_whitespace() } else { set.contains(c) }
     };
+    // Only these methods, with these counts and types of arguments, are supported.
     Ok(Some(match (name, arguments) {
         ("split", []) => list(text.split_whitespace().map(word)),
         ("split", [Text(by)]) if !by.is_empty() => list(text.split(by.as_str()).map(word)),
@@ -45,6 +46,7 @@ fn of_text(text: &str, name: &str, arguments: &[XacroValue]) -> Result<Option<Xa
         ("lower", []) => Text(text.to_lowercase()),
         ("upper", []) => Text(text.to_uppercase()),
         ("replace", [Text(old), Text(new)]) => {
+            // The length is checked first, because the result can be much longer than the text and the arguments.
             if text.matches(old.as_str()).count() * new.len() > MAX_METHOD_BYTES {
                 return Err("`replace` makes too long a text".into());
             }

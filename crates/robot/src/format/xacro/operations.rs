@@ -11,6 +11,7 @@ pub(super) const MAX_LIST_ITEMS: usize = 2000;
 pub(super) fn function(name: &str, arguments: &[XacroValue], names: &mut dyn NameSource) -> Result<XacroValue, String> {
     let number = |k: usize| {
         let value = arguments.get(k).ok_or_else(|| format!("`{name}` lacks an argument"))?;
+        // As `float('0.5')` in Python, a text that spells a number counts as this number.
         let of_text = || if let XacroValue::Text(text) = value { text.trim().parse().ok() } else { None };
         value.number().or_else(of_text).ok_or_else(|| format!("`{name}` of {}", value.kind()))
     };
@@ -24,6 +25,7 @@ pub(super) fn function(name: &str, arguments: &[XacroValue], names: &mut dyn Nam
         ("int", _) => whole(number(0)?.trunc()),
         ("floor", _) => whole(number(0)?.floor()),
         ("ceil", _) => whole(number(0)?.ceil()),
+        // Python rounds a half to the nearest even number.
         ("round", [_]) => whole(number(0)?.round_ties_even()),
         ("atan2", _) => XacroValue::Number(number(0)?.atan2(number(1)?)),
         ("pow", _) => XacroValue::Number(number(0)?.powf(number(1)?)),
@@ -45,6 +47,7 @@ pub(super) fn function(name: &str, arguments: &[XacroValue], names: &mut dyn Nam
         ("load_yaml", [XacroValue::Text(file)]) => names.yaml(file)?,
         ("arg", [XacroValue::Text(name)]) => names.argument(name)?,
         ("list", [XacroValue::List(items)]) => XacroValue::List(items.clone()),
+        // Functions that only print a message give an empty text.
         ("message" | "warning" | "print_location", _) => XacroValue::Text(String::new()),
         _ => return Err(format!("the function `{name}` of these {} arguments is not known here", arguments.len())),
     })
@@ -81,6 +84,8 @@ pub(super) fn binary(operator: &str, left: &XacroValue, right: &XacroValue) -> R
         }
         _ => {}
     }
+    // Integers stay exact, as in Python. For b > 0 the Euclidean quotient is floor(a / b). If b <= 0 or the result is too
+    // large, the operation is done with floating-point numbers below.
     if let (XacroValue::Int(a), XacroValue::Int(b)) = (left, right) {
         let exact = match operator {
             "+" => a.checked_add(*b),

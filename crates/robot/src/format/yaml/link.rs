@@ -210,6 +210,7 @@ impl<'a> Draft<'a> {
         passive: &mut Vec<PassiveCoordinate>,
     ) -> Result<(ModifiedDh, Affine), Error> {
         let what = format!("link {}", self.label);
+        // Only a passive joint may lack its variable, because the loops then determine the variable.
         let unknown = match self.drive {
             Drive::Passive => {
                 passive_coordinate(source, names, &self.fields, (self.kind, self.convention), &self.label, passive)?
@@ -220,6 +221,8 @@ impl<'a> Draft<'a> {
             placement(source, names, &self.fields, &what, (self.kind, self.convention), unknown)?;
         let node = self.variable_node().unwrap_or(self.node);
         let key = self.variable_key();
+        // Rule for the variable of the joint. Actuated: one coordinate with the factor 1 or -1, plus a constant. Passive: any
+        // sum of coordinates. Locked: a constant.
         match (self.kind, self.drive, &variable.terms[..]) {
             (JointKind::Fixed, _, _) | (_, Drive::Passive, _) | (_, Drive::Locked, []) => Ok((geometry, variable)),
             (_, Drive::Actuated, [(_, c)]) if c.abs() == 1.0 => Ok((geometry, variable)),

@@ -166,6 +166,7 @@ fn found_coordinates(source: DescriptionFile, drafts: &[Draft], names: &KnownNam
     for draft in drafts.iter().filter(|d| d.drive == Drive::Actuated) {
         let Some(node) = draft.variable_node() else { continue };
         let NodeValue::Text(text) = &node.content else { continue };
+        // The file lists no coordinates. So a name in a joint variable is a coordinate if it is no symbol.
         let mut unknown: Vec<&str> =
             identifiers(text).filter(|w| !names.symbols.iter().any(|s| s.name == *w)).collect();
         unknown.sort_unstable();
@@ -173,6 +174,7 @@ fn found_coordinates(source: DescriptionFile, drafts: &[Draft], names: &KnownNam
         match unknown[..] {
             [] => {}
             [name] => {
+                // Two actuated joints with the same coordinate are refused later, in `assign_coordinates`.
                 if !found.iter().any(|f| f == name) {
                     found.push(name.to_string());
                 }
@@ -244,6 +246,7 @@ fn assign_coordinates(
     let mut mover: Vec<Option<usize>> = vec![None; coordinates.len()];
     for (j, (draft, link)) in drafts.iter().zip(links).enumerate() {
         let limits = draft.limits(source, names)?;
+        // Passive, locked and fixed joints do not move a coordinate of their own, so they have no limits.
         if link.joint.drive != Drive::Actuated || link.joint.kind == JointKind::Fixed {
             if let (Some(_), Some(node)) = (limits, draft.fields.get("limits")) {
                 let message =
@@ -252,6 +255,7 @@ fn assign_coordinates(
             }
             continue;
         }
+        // The variable of an actuated joint has exactly one term: `placement` in link.rs has checked this.
         let CoordinateId(k) = link.joint.variable.terms[0].0;
         if let Some(first) = mover[k].replace(j) {
             let message = format!(

@@ -36,6 +36,7 @@ pub(super) fn standard_parameters(
         };
         let what = format!("the standard parameters of link {}", key.text);
         let fields = value.fields(source, &what, &valid)?;
+        // One key of the form about the centre of mass selects this form. Then a key of the other form is a contradiction.
         let about_centre = BODY_KEYS.iter().any(|key| fields.get(key).is_some());
         let x = match (about_centre, letters.iter().find_map(|key| fields.get(key))) {
             (true, Some(other)) => {
@@ -52,6 +53,7 @@ pub(super) fn standard_parameters(
                 x
             }
         };
+        // The file gives the parameters in the link frame of its own convention. They are transformed to our link frame.
         links[j].inertial = Some(if places[j] == Pose::IDENTITY { x } else { transform_inertial(&x, &places[j]) });
         if let Some(node) = fields.get("IA") {
             links[j].joint.rotor_inertia = RotorInertia::Known(names.number(source, "IA", node)?);

@@ -65,10 +65,12 @@ fn link_items(robot: &Robot, names: &SymbolNames, j: LinkId) -> Vec<String> {
     let (link, label) = (robot.link(j), &names.labels[j.0]);
     let joint = &link.joint;
     let mut items = vec![format!("link: {}", label)];
+    // The reader gives a link without a name the name `link` with its label, so this name is not written.
     if link.name != format!("link {}", label) {
         items.push(format!("name: {}", named(&link.name)));
     }
     items.push(format!("antecedent: {}", names.link(link.antecedent)));
+    // Defaults of the reader are not written: a revolute joint, an actuated drive, the locked drive of a fixed joint.
     match joint.kind {
         JointKind::Revolute => {}
         JointKind::Prismatic => items.push("joint: prismatic".into()),
@@ -94,6 +96,7 @@ fn link_items(robot: &Robot, names: &SymbolNames, j: LinkId) -> Vec<String> {
     if let Some(gain) = joint.drive_gain {
         items.push(format!("drive_gain: {}", number(gain)));
     }
+    // Limits belong to a coordinate, but the file has them at the actuated joint that moves this coordinate.
     if let (Drive::Actuated, [(k, _)]) = (joint.drive, &joint.variable.terms[..]) {
         items.extend(limits(robot.coordinates.get(k.0).map(|c| c.limits).unwrap_or_default()));
     }

@@ -53,6 +53,7 @@ fn read_model(text: &str, options: ReadOptions) -> Result<RobotDescription, Mist
     let models: Vec<Node> = worlds().chain([root]).flat_map(|owner| children(owner, "model")).collect();
     let moving = |model: &Node| children(*model, "joint").any(|joint| joint.attribute("type") != Some("fixed"));
     let named = |nodes: &[Node]| nodes.iter().map(|n| name(*n)).collect::<Vec<_>>().join(", ");
+    // The model is chosen in this order: the model that the user names, the only model, the only model with a moving joint.
     let robots: Vec<Node> = match options.root {
         Some(root) => models.iter().copied().filter(|model| name(*model) == root).collect(),
         None if models.len() == 1 => models.clone(),
@@ -94,11 +95,13 @@ fn model_into(model: Node, described: &mut RobotDescription, options: ReadOption
         return Err(wrong(extra, format!("more than {MAX_LINKS} links are no robot")));
     }
     let frames = Frames::of(model, described, options.angles)?;
+    // The bodies have the order of the links, because `grow` pairs both lists.
     let mut bodies = Vec::new();
     for link in children(model, "link") {
         bodies.push((frames.pose(name(link))?, part(link, described, options)?));
     }
     tree::grow(model, &frames, bodies, described, options)?;
+    // Each kind of ignored element is named once, in one note on the model.
     let mut others: Vec<&str> = Vec::new();
     let owners = [model].into_iter().chain(children(model, "link")).chain(children(model, "joint"));
     for other in owners.flat_map(|owner| owner.children().filter(Node::is_element)) {

@@ -113,6 +113,8 @@ fn root<'a>(
     options: ReadOptions,
     described: &mut RobotDescription,
 ) -> Result<(bool, &'a str), Mistake> {
+    // Without a joint to the world, the only link that no joint carries is the root. With such a joint, joints must carry all
+    // links: the tree then begins at the world, and the returned link is not used.
     let is_held = joints.iter().any(|joint| joint.parent == Some(WORLD));
     let free: Vec<&str> = links.iter().copied().filter(|link| !above.contains_key(link)).collect();
     match (is_held, &free[..]) {

@@ -42,6 +42,8 @@ fn of_line(line: &str) -> (Option<f64>, Vec<(&str, Vec<f64>)>) {
     let mut found: Vec<(&str, Vec<f64>)> = Vec::new();
     let mut first = None;
     for (at, _) in line.match_indices(['=', ':']) {
+        // The name is the text before `=` or `:`, back to the last character that no name contains. A name begins with a
+        // letter, so that a time of day such as `12:30` is not read as an assignment.
         let before = line[..at].trim_end();
         let begin = before
             .rfind(|c: char| !is_of_name(c))
@@ -63,6 +65,7 @@ fn of_line(line: &str) -> (Option<f64>, Vec<(&str, Vec<f64>)>) {
             found.push((name, values));
         }
     }
+    // `first`: the position at which the first name begins. Only a number before it can be the time.
     let time = line[..first.unwrap_or(0)]
         .trim_matches(|c: char| c.is_whitespace() || matches!(c, '[' | ']' | ',' | ';' | '(' | ')'));
     (time.parse().ok(), found)

@@ -51,6 +51,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
     let mut begin = 0;
     for (line, cells) in all {
         let joint = cells.get(column).cloned().unwrap_or_default();
+        // A joint that the present sample already contains begins the next sample.
         let is_next = seen.contains(&joint);
         let mut set = || {
             if is_next {
@@ -59,6 +60,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
             for (name, cell) in
                 header.iter().zip(&cells).enumerate().filter(|(k, _)| *k != column).map(|(_, pair)| pair)
             {
+                // The clock is read only in the first row of a sample.
                 let is_clock = is_clock(name);
                 let Some(x) = number(cell.as_bytes(), delimiter).filter(|_| !is_clock || is_next || seen.is_empty())
                 else {
@@ -76,6 +78,7 @@ pub(crate) fn read(file: &str, bytes: &[u8], budget: &mut Budget) -> Result<Tabl
         }
         seen.insert(joint);
     }
+    // No row follows the last sample, so it is ended here.
     if !seen.is_empty() {
         found.end_row(begin).map_err(|e| Error::at(file, begin, e))?;
     }

@@ -54,6 +54,8 @@ impl PostureFit {
         not_identifiable: f64,
     ) -> Result<PostureFit, Error> {
         let unknowns = joints.first().map_or(0, DMatrix::ncols);
+        // Least squares weighted by 1/s_j: minimise the sum over the joints j of |torque_j - columns_j x|^2 / s_j^2, where s_j
+        // is the standard deviation of joint j. Only the triangle R of the QR decomposition of all rows is kept.
         let mut rows = TriangleBuilder::new(unknowns);
         let (mut row, mut is_finite) = (vec![0.0; unknowns], true);
         for ((columns, torque), deviation) in joints.iter().zip(torques).zip(deviations) {
@@ -68,6 +70,7 @@ impl PostureFit {
             return Err(Error::new("the numbers of the postures exceed the range of floating-point numbers"));
         }
         let found = solve_within(&rows.finish(), not_identifiable);
+        // The rows have unit variance after the division by s_j, so the covariance of x is the inverse of R'R.
         let value = |c: usize| found.determined[c].then(|| (found.x[c], found.inverse[(c, c)].sqrt()));
         let solution = DVector::from_column_slice(&found.x);
         let residuals = joints.iter().zip(torques).map(|(columns, torque)| torque - columns * &solution).collect();
