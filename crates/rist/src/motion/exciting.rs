@@ -1,9 +1,6 @@
 //! Searches a motion that makes the parameters of a model identifiable, and proves that this motion keeps its limits.
 //!
-//! Steps: collect the conditions (limits, error margins, known torques, bodies), search from several starts, reduce the
-//! amplitudes until the limits are proved, and write the certificate (one proven bound per limit). A gap is a pair of bodies,
-//! or a body and a floor or wall, with a least allowed distance. Default distances are tried in steps, from the largest to the
-//! smallest ([`crate::motion::kept_room`]).
+//! A gap is a pair of bodies (or a body and a floor or wall) with a least distance; see [`crate::motion::kept_room`].
 
 use std::path::Path;
 use std::time::Duration;
@@ -69,8 +66,7 @@ pub fn excite(model: &Model, request: &ExciteRequest, progress: &ExciteProgress)
     let steps = KeptRoom::steps(request);
     let mut floor_is_tried = true;
     for (i, kept) in steps.iter().enumerate() {
-        // A step is one set of distances to keep. A step without an assumed floor is skipped if an earlier step with the same
-        // distance has shown that no floor applies, because both steps are then the same search.
+        // Without a floor that applies, the step without floor repeats the step with floor and the same distance.
         let is_last = i + 1 == steps.len();
         if !floor_is_tried && !kept.assumes_floor && !is_last && steps[..i].iter().any(|s| s.spacing == kept.spacing) {
             continue;
