@@ -1,7 +1,7 @@
 //! Plot data of an exciting motion: coordinates over time with their limits, torques, and the path of the tip.
 //!
-//! A certificate is the proof that the motion respects its limits. Torques are defined as in the certificate: tau = Y X + FV dq
-//! + OFF (FV: viscous friction, OFF: offset). Coulomb friction FS is not included, because it is subtracted from the bounds of
+//! A certificate is the proof that the motion respects its limits. Torques are defined as in the certificate:
+//! tau = Y X + FV dq + OFF (FV: viscous friction, OFF: offset). Coulomb friction FS is not included, because it is subtracted from the bounds of
 //! the torque. The power of a drive includes Coulomb friction: tau dq + FS |dq|.
 
 use claims::LeftOut;

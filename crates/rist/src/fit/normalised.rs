@@ -28,6 +28,9 @@ const FORMS: [Fault; 5] = [
 /// A position is beyond the limits if it exceeds them by this share of the range between them. Limits of descriptions are often
 /// a little too narrow.
 const BEYOND_SHARE: f64 = 0.2;
+/// One joint at least must move over this share of its range in a form. With smaller motions, the torques are those of a joint at
+/// rest, which no form contradicts.
+const LEAST_USED_SHARE: f64 = 0.05;
 /// A normalised position may exceed its form by this share of the range, for rounding.
 const ROUNDING_SHARE: f64 = 0.0025;
 
@@ -67,10 +70,15 @@ fn converting(
     }
     let n = log_check.joints.len();
     let (mut ratios, mut offsets) = (vec![1.0; n], vec![0.0; n]);
+    let mut used = 0.0_f64;
     for &k in joints {
         let limits = limits_of(model, k)?;
         let is_prismatic = model.regressor().is_prismatic(k);
         (ratios[k], offsets[k]) = conversion(form, limits, log_check.joints[k].positions, is_prismatic)?;
+        used = used.max(log_check.joints[k].range() / ratios[k] / (limits.1 - limits.0));
+    }
+    if used < LEAST_USED_SHARE {
+        return None;
     }
     (transmission.offsets, transmission.scales, transmission.ratios) =
         (Some(offsets), Some(ratios.clone()), Some(ratios));

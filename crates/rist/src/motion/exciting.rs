@@ -1,6 +1,6 @@
 //! Searches a motion that makes the parameters of a model identifiable, and proves that this motion keeps its limits.
 //!
-//! A gap is a pair of bodies (or a body and a floor or wall) with a least distance; see [`crate::motion::kept_room`].
+//! A gap is a pair of bodies (or a body and a floor or wall) with a least distance (motion/kept_room.rs).
 
 use std::path::Path;
 use std::time::Duration;

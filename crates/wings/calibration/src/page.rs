@@ -29,6 +29,9 @@ struct PointError {
     errors: [Vector3<f64>; 2],
 }
 
+/// The kind of an error, and the points (posture, error in mm or mrad) before and after.
+type PostureErrors = (ResidualKind, [Vec<(f64, f64)>; 2]);
+
 impl Calibration {
     /// The page as HTML. `robot`: the robot of the calibration.
     pub fn page(&self, robot: &Robot, origin: &Origin) -> String {
@@ -156,7 +159,7 @@ impl Calibration {
     }
 
     /// Root mean square error of each posture before and after: kind of the error, then both series in mm or mrad.
-    fn posture_errors(&self) -> Vec<(ResidualKind, [Vec<(f64, f64)>; 2])> {
+    fn posture_errors(&self) -> Vec<PostureErrors> {
         let series = |kind: ResidualKind, level: &Level| -> Vec<(f64, f64)> {
             let of = |r: usize| {
                 let all = self.problem.residuals_of(&level.fit.unknowns, &[r]);
@@ -195,7 +198,7 @@ impl Calibration {
 }
 
 /// The charts of the errors of each posture.
-fn postures(series: &[(ResidualKind, [Vec<(f64, f64)>; 2])]) -> Section<'_> {
+fn postures(series: &[PostureErrors]) -> Section<'_> {
     let charts = series.iter().map(|(kind, [before, after])| {
         let (title, axis) = match kind {
             ResidualKind::Length => ("Errors of positions", "error, mm"),

@@ -171,30 +171,17 @@ impl Finding {
             Fault::Mount(angle) => {
                 format!("the base is mounted otherwise: turned by {:.0} degrees", angle.to_degrees())
             }
-            Fault::Permuted(columns) => {
-                let what = match columns {
-                    ColumnKind::All => "position, velocity and torque",
-                    ColumnKind::Motions => "position and velocity",
-                    ColumnKind::Torques => "torque",
-                };
-                format!("the columns of {of} are in another order ({what})")
-            }
+            Fault::Permuted(columns) => format!("the columns of {of} are in another order ({})", quantities(columns)),
             Fault::Velocity => format!("the velocity of {of} is not the slope of its position"),
             Fault::OtherRobot => "this log is not of the described robot".into(),
             Fault::Unidentified => format!("something is wrong at {of}; its cause is not identified"),
-            Fault::Normalised(from, to) if self.joints.is_empty() => {
-                format!("the positions are normalised: {from} to {to} of the range of each joint")
-            }
-            Fault::Normalised(from, to) => format!("the position of {of} is normalised: {from} to {to} of its range"),
+            Fault::Normalised(from, to) => normalised(from, to, &of),
             Fault::Millimetres => format!("the position of {of} is in mm"),
             Fault::BeyondLimits(low, high) => {
                 format!("{of} moves from {} to {}, beyond its limits", significant(low), significant(high))
             }
             Fault::ChangedLoad { log, from, to, mass } => {
-                let log = log.map_or(String::new(), |log| format!(" in log {log}"));
-                let from = from.map_or(String::new(), |t| format!(" from {t:.1} s on"));
-                let to = to.map_or(String::new(), |t| format!(" up to {t:.1} s"));
-                format!("{of} carries another load{from}{to}{log}{}", of_mass(mass))
+                format!("{of} carries another load{}{}", of_interval(log, from, to), of_mass(mass))
             }
             Fault::OtherLoad(mass) => format!("{of} carries another load than in the description{}", of_mass(mass)),
             Fault::Computed => "the torques are computed from this description, not measured".into(),
@@ -218,6 +205,31 @@ impl fmt::Display for Finding {
         let instead = if self.instead > 0 { "or else " } else { "" };
         write!(f, "{instead}{}: {}; {}", self.statement(), self.evidence, self.remedy)
     }
+}
+
+/// The quantities of columns, in words.
+fn quantities(columns: ColumnKind) -> &'static str {
+    match columns {
+        ColumnKind::All => "position, velocity and torque",
+        ColumnKind::Motions => "position and velocity",
+        ColumnKind::Torques => "torque",
+    }
+}
+
+/// Positions that are normalised between these numbers, in words. `of`: names of the joints; empty: all joints.
+fn normalised(from: i32, to: i32, of: &str) -> String {
+    match of {
+        "" => format!("the positions are normalised: {from} to {to} of the range of each joint"),
+        _ => format!("the position of {of} is normalised: {from} to {to} of its range"),
+    }
+}
+
+/// An interval of a log in words, with a leading blank; empty for the whole of one log.
+fn of_interval(log: Option<usize>, from: Option<f64>, to: Option<f64>) -> String {
+    let log = log.map_or(String::new(), |log| format!(" in log {log}"));
+    let from = from.map_or(String::new(), |t| format!(" from {t:.1} s on"));
+    let to = to.map_or(String::new(), |t| format!(" up to {t:.1} s"));
+    from + &to + &log
 }
 
 /// The additional mass of a load in words, with a leading comma; empty if unknown.
