@@ -223,6 +223,16 @@ fn driven(here: &Path, real: &str, log: &logs::Log) -> Vec<Vec<f64>> {
     text.lines().map(|line| line.split(' ').map(|x| x.parse().unwrap()).collect()).collect()
 }
 
+/// In both, the candidate is the same half a second after a load appeared, and there is none without contact.
+fn same_candidates(replay: &Replay, driven: &[Vec<f64>]) {
+    for carried in &replay.loads {
+        let half = replay.series.iter().position(|cycle| cycle.t - carried.start >= EARLY_S).unwrap();
+        let early = carried.early.unwrap().parameters[9];
+        assert!((driven[half][8] - early).abs() < 1e-5, "{} {early}", driven[half][8]);
+    }
+    assert!(replay.series.iter().zip(driven).all(|(cycle, c)| cycle.is_contact || c[8] == 0.0));
+}
+
 #[test]
 fn the_generated_monitor_in_c_is_the_replay() {
     let model = Model::read(tests::model_path("ur5.urdf")).unwrap();
@@ -272,13 +282,7 @@ fn the_generated_monitor_in_c_is_the_replay() {
         others += usize::from((cycle.mass - double[7]).abs() > 1e-5);
     }
     assert_eq!(others, 0);
-    // The candidate is the same half a second after the load appeared, and there is none without contact.
-    for carried in &replay.loads {
-        let half = replay.series.iter().position(|cycle| cycle.t - carried.start >= EARLY_S).unwrap();
-        let early = carried.early.unwrap().parameters[9];
-        assert!((double[half][8] - early).abs() < 1e-5, "{} {early}", double[half][8]);
-    }
-    assert!(replay.series.iter().zip(&double).all(|(cycle, c)| cycle.is_contact || c[8] == 0.0));
+    same_candidates(&replay, &double);
     let last = |of: &[Vec<f64>], t: f64| of[(t * 487.0) as usize][7];
     println!("f32: external torque within {largest:.2e} N m, mass {} and {}", last(&double, 19.0), last(&single, 19.0));
     // Single precision: a momentum of about ten kg m^2/s, times the gain of 50 1/s and the rounding 6e-8, gives 30 uN m per
