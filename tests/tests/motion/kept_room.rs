@@ -212,8 +212,9 @@ fn ctrl_c_ends_many_coordinates() {
                 "{arguments:?} ended by itself"
             );
             while running.try_wait().unwrap().is_none() {
-                // The program needs one second on an idle machine; other tests run at the same time.
-                assert!(asked.elapsed() < Duration::from_secs(4), "{arguments:?} after {seconds} s");
+                // Without Ctrl-C the search runs for minutes. It ends one second after Ctrl-C on an idle machine, and later on a
+                // busy one, so this is no test of a time.
+                assert!(asked.elapsed() < Duration::from_secs(60), "{arguments:?} after {seconds} s");
                 std::thread::sleep(Duration::from_millis(20));
             }
         }
