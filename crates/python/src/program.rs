@@ -19,12 +19,15 @@ pub fn _run_program(py: Python<'_>, words: Vec<OsString>) -> u8 {
 }
 
 /// Writes a robot description and two logs of the robot into a directory, to try rist: ur5.urdf, log.csv and other.csv. Returns
-/// their paths.
+/// their paths. Also writes poses.csv, measured poses for `rist.calibrate`, into the same directory.
 ///
 /// >>> robot, log, other = rist.example()
 /// >>> rist.identify(robot, log, validate=other)
 #[pyfunction]
 #[pyo3(signature = (directory=None), text_signature = "(directory='ur5')")]
 pub fn example(directory: Option<PathBuf>) -> PyResult<Vec<PathBuf>> {
-    rist::example::write_example(&directory.unwrap_or("ur5".into())).or_error()
+    let mut paths = rist::example::write_example(&directory.unwrap_or("ur5".into())).or_error()?;
+    // Programs take the result apart as three paths; the poses are a later addition.
+    paths.truncate(3);
+    Ok(paths)
 }

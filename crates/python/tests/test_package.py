@@ -106,6 +106,7 @@ def test_the_example_comes_along(tmp_path):
     paths = rist.example(tmp_path / "ur5")
     theirs = [MODELS / "ur5.urdf", ROOT / "docs/ur5/log.csv", ROOT / "docs/ur5/other.csv"]
     assert [path.read_bytes() for path in paths] == [path.read_bytes() for path in theirs]
+    assert (tmp_path / "ur5/poses.csv").read_bytes() == (ROOT / "docs/ur5/poses.csv").read_bytes()
     assert rist.example(tmp_path / "ur5") == paths
     paths[1].write_text("mine")
     with pytest.raises(rist.Error, match="log.csv: another file of this name, which is kept"):

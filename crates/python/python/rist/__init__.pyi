@@ -1137,7 +1137,7 @@ def calibrate(
     - options: YAML with the columns of the table, and with corrections of its numbers"""
 def example(directory: Path = "ur5") -> list[PathLike[str]]:
     """Writes a robot description and two logs of the robot into a directory, to try rist: ur5.urdf, log.csv and other.csv. Returns
-    their paths.
+    their paths. Also writes poses.csv, measured poses for `rist.calibrate`, into the same directory.
 
     >>> robot, log, other = rist.example()
     >>> rist.identify(robot, log, validate=other)"""
