@@ -245,6 +245,8 @@ fn the_generated_monitor_in_c_is_the_replay() {
     let (mut log, _) = busy.log();
     let replay = replayed(&model, &known, &LogSource::Held(log.clone()));
     assert_eq!((replay.contacts.len(), replay.loads.len()), (1, 2), "{replay}");
+    // The push ends at 5.3 s. The loads later do not lengthen its interval.
+    assert!((5.3..6.0).contains(&replay.contacts[0].end), "{replay}");
 
     let functions = ["observer", "payload"].map(String::from);
     let request = GenerateRequest { functions: functions.to_vec(), rate: busy.rate, ..GenerateRequest::default() };

@@ -180,7 +180,10 @@ pub(super) fn look_for_shares(
         return Ok(());
     }
     let remedy = shares.remedy_added_to(options).unwrap_or_default();
-    let evidence = "so the limits of the description make radians and metres of them".into();
+    let evidence = match form {
+        Fault::Millimetres => "in m they would be far beyond the limits of the description".into(),
+        _ => "so the limits of the description make radians and metres of them".into(),
+    };
     let names = |joints: &[usize]| joints.iter().map(|&k| log_check.joints[k].coordinate.clone()).collect();
     let named = if joints.len() == n { Vec::new() } else { names(&joints) };
     let finding = Finding { tried: Some(left), ..Finding::of(form, named.clone(), evidence, remedy) };

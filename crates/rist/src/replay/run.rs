@@ -50,6 +50,8 @@ pub(crate) struct Run {
     observers: Observers,
     detector: ContactDetector<f64>,
     loads: LoadMonitor<f64, DIRECTIONS>,
+    /// Whether the last interval of contact is the present contact. A contact that turned out to be a load has no interval.
+    is_open: bool,
     /// The candidate of the present contact, [`EARLY_S`] after it began.
     early: Option<Load<f64>>,
     drifts: Vec<Drift<f64>>,
@@ -89,6 +91,7 @@ impl Run {
             observers: Observers::new(n, settings.order),
             detector: ContactDetector::new(settings.threshold, settings.significant, settings.hold),
             loads: LoadMonitor::new(Payload::new(start, noise.load_correlation(settings.period)), decision),
+            is_open: false,
             early: None,
             scales: noise.scales(),
             drifts: noise.bands.iter().map(drift).collect(),
@@ -175,16 +178,19 @@ impl Run {
             }
         }
         let is_changed = self.loads.end();
-        match (self.loads.candidate(), self.replay.contacts.last()) {
-            (Some((load, _)), Some(contact)) if cycle.t - contact.start >= EARLY_S => {
-                self.early.get_or_insert(*load);
-            }
-            _ if contact.begins => self.early = None,
-            _ => {}
+        let began = self.contact().map(|contact| contact.start);
+        if let (Some((load, _)), Some(began)) = (self.loads.candidate(), began)
+            && cycle.t - began >= EARLY_S
+        {
+            self.early.get_or_insert(*load);
         }
         if is_changed {
-            // The load first looked like a contact. So the last interval of contact is removed.
-            let began = self.replay.contacts.pop().map_or(cycle.t, |contact| contact.start);
+            // The load first looked like a contact. So its interval of contact is removed, and only that.
+            if began.is_some() {
+                self.replay.contacts.pop();
+            }
+            self.is_open = false;
+            let began = began.unwrap_or(cycle.t);
             let load = *self.loads.carried();
             self.replay.loads.push(CarriedLoad { start: began, found: cycle.t, load, early: self.early.take() });
         }
@@ -201,16 +207,25 @@ impl Run {
         (beyond, deviations): (&[f64], &[f64]),
         ratios: &[f64],
     ) {
-        if contact.begins {
+        // If contact outlasts the change of a load, the test of another load is a contact of its own.
+        let is_new = contact.begins || (contact.is_contact && !self.is_open && self.loads.candidate().is_some());
+        if is_new {
             self.replay.contacts.push(ContactInterval::new(cycle.t, cycle.joints.len()));
+            self.early = None;
         }
-        let is_open = contact.is_contact;
+        self.is_open = contact.is_contact && (self.is_open || is_new);
+        let is_open = self.is_open;
         if let Some(interval) = self.replay.contacts.last_mut().filter(|_| is_open) {
             let is_largest = interval.extend(cycle.t, beyond, ratios, contact.last_joint);
             if is_largest && !cycle.jacobian.is_empty() {
                 interval.wrench = Some(ContactWrench::new(cycle.jacobian, beyond, deviations));
             }
         }
+    }
+
+    /// The present contact; `None` without contact, and after it turned out to be a load.
+    pub(crate) fn contact(&self) -> Option<&ContactInterval> {
+        self.replay.contacts.last().filter(|_| self.is_open)
     }
 
     /// The load that would explain the present contact; see [`LoadMonitor::candidate`].

@@ -85,10 +85,9 @@ impl<'a> SampledReplay<'a> {
         self.run.candidate()
     }
 
-    /// The present contact, since it began; `None` without contact.
+    /// The present contact, since it began; `None` without contact, and after it turned out to be a load.
     pub fn contact(&self) -> Option<&ContactInterval> {
-        let is_contact = self.run.replay.series.last().is_some_and(|cycle| cycle.is_contact);
-        self.run.replay.contacts.last().filter(|_| is_contact)
+        self.run.contact().filter(|_| !self.run.replay.series.is_empty())
     }
 
     /// Names of the coordinates, in the order of `q`.
