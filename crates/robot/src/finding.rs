@@ -16,7 +16,8 @@ pub struct Finding {
     pub fact: String,
     /// The numbers of the first subject; may be empty.
     pub evidence: String,
-    /// The only repair that makes every subject plausible; `None` if there is no such repair, or more than one.
+    /// The only repair that makes every subject plausible; otherwise plausible values to be used in their place. `None` if there
+    /// are none.
     pub repair: Option<Repair>,
 }
 
@@ -75,6 +76,9 @@ impl Finding {
         let repair = match (&self.repair, self.mistake) {
             (Some(repair), _) => format!("; {}", repair.text),
             (None, Mistake::Impossible | Mistake::Size) => "; the values alone do not determine the cause".into(),
+            (None, Mistake::MassWithoutInertia) => {
+                "; export the moments with more digits: small ones are rounded to 0".into()
+            }
             _ => String::new(),
         };
         format!("{}{evidence}{repair}", self.fact)

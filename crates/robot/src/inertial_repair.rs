@@ -251,25 +251,33 @@ mod tests {
         }
     }
 
-    /// If no repair or several repairs are plausible, the numbers do not show the cause.
+    /// If no repair or several repairs are plausible, the numbers do not show the cause. Some of these bodies have a
+    /// substitute ([`crate::substitute`]).
     #[test]
-    fn no_repair_is_named_where_the_values_do_not_determine_one() {
-        let nearly = [0.01, 0.0, 0.0, 0.02, 0.0, 0.0327];
+    fn no_cause_is_named_where_the_values_do_not_determine_one() {
         let cube = [0.002, 0.0, 0.0, 0.002, 0.0, 0.002];
-        for (mass, centre, given, shapes) in [
+        for (mass, centre, given, shapes, substitute) in [
             // The triangle inequality is violated by a small amount: nearly any shift of the centre would satisfy it.
-            (2.0, "0.1 0.02 0.05", nearly, ""),
+            (2.0, "0.1 0.02 0.05", [0.01, 0.0, 0.0, 0.02, 0.0, 0.0327], "", "the nearest possible moments"),
+            // The violation is not small.
+            (2.0, "0 0 0", [0.01, 0.0, 0.0, 0.02, 0.0, 0.0347], "", ""),
             // No wrong unit explains 1.5 kg m^2 instead of the 0.0125 kg m^2 of the box.
-            (7.5, "0 0 0", [1.5, 0.0, 0.0, 1.5, 0.0, 1.5], CUBE),
+            (7.5, "0 0 0", [1.5, 0.0, 0.0, 1.5, 0.0, 1.5], CUBE, "the moments of its shapes"),
             // A placeholder is not a number in a wrong unit.
-            (0.6, "0 0 0", [1.0, 0.0, 0.0, 1.0, 0.0, 1.0], CUBE),
-            (42.9, "0 0 0", cube.map(|i| 150.0 * i), ""),
+            (0.6, "0 0 0", [1.0, 0.0, 0.0, 1.0, 0.0, 1.0], CUBE, ""),
+            (42.9, "0 0 0", cube.map(|i| 150.0 * i), "", ""),
+            // Moments rounded to zero.
+            (2.0, "0 0 0", [0.0; 6], "", ""),
+            (2.0, "0 0 0", [0.0; 6], CUBE, "the moments of its shapes"),
         ] {
             let findings = found(&inertial_of(mass, centre, given), shapes);
-            assert!(findings.len() == 1 && findings[0].repair.is_none(), "{given:?}: {findings:#?}");
-            let is_said = findings[0].text().ends_with("do not determine the cause");
+            let text = findings[0].text();
+            assert!(findings.len() == 1, "{given:?}: {findings:#?}");
+            let bodies = findings[0].repair.as_ref().map_or(0, |repair| repair.bodies.len());
+            assert_eq!(bodies, usize::from(!substitute.is_empty()), "{text}");
+            assert!(text.contains(substitute), "{text}");
             let is_asked = matches!(findings[0].mistake, Mistake::Impossible | Mistake::Size);
-            assert_eq!(is_said, is_asked, "{}", findings[0]);
+            assert_eq!(text.contains("do not determine the cause"), is_asked, "{text}");
         }
         assert_eq!(found(&inertial_of(0.8, "0.1 0 0", cube), CUBE), []);
     }

@@ -38,6 +38,7 @@ mod principal;
 mod relation;
 mod relative_density;
 mod robot;
+mod substitute;
 pub mod value;
 pub mod vector;
 pub mod xml_bounds;

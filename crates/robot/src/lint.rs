@@ -1,5 +1,6 @@
 //! Finds usual mistakes in the inertial parameters of a description: values that no real body can have, and values that were
-//! probably not intended. If exactly one repair of a value is plausible, the finding names this repair.
+//! probably not intended. If exactly one repair of a value is plausible, the finding names this repair. Otherwise it may name
+//! plausible values that can be used in their place.
 //!
 //! Whether the values are correct for the real robot is not checked here; this is the task of identification.
 
@@ -14,6 +15,7 @@ use crate::mirror_pairs::mirror_pairs;
 use crate::principal::principal_axes;
 use crate::relative_density::relative_density;
 use crate::robot::Robot;
+use crate::substitute::substitute;
 
 pub use crate::body_doubt::NEGLIGIBLE_SHARE;
 pub use crate::extent::MeshPoints;
@@ -42,6 +44,7 @@ pub fn lint_with(robot: &Robot, options: LintOptions) -> Vec<Finding> {
     }
     inertial_conventions(robot, &bodies, options.mass, &mut findings);
     compare(robot, &mirror_pairs(robot), &bodies, &mut findings);
+    substitute(&bodies, &mut findings);
     relative_density(&bodies, &mut findings);
     bodies.iter().for_each(|body| turned_frame(body, &mut findings));
     // If a mass is wrong, the gravity torque that follows from it is wrong too. So this torque is not reported as a second

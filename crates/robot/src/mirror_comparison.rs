@@ -74,13 +74,15 @@ fn image(body: &Body, signs: Vector3) -> RepairedBody {
 /// Compares two plausible bodies.
 fn both(pair: &MirrorPair, left: &Body, right: &Body, findings: &mut Vec<Finding>) {
     let subject = format!("{} and {}", left.name, right.name);
-    let mut find = |fact: &str, evidence| findings.push(Finding::new(&subject, Mistake::NotMirrored, fact, evidence));
+    let finding = |fact: &str, evidence: String| Finding::new(&subject, Mistake::NotMirrored, fact, evidence);
     // The order is mass, centre of mass, inertia. Only the first difference is reported, because it may cause the later ones.
     let ratio = left.mass.max(right.mass) / left.mass.min(right.mass);
     if ratio > MASS_FACTOR {
         let [one, other] = [left, right].map(|body| shown(body.mass, 4));
         let text = format!("{one} kg and {other} kg, a factor of {ratio:.2}");
-        find("left and right differ in mass; the values alone do not tell which is right", text);
+        let repair = "the values alone do not tell which is right: weigh one, and write its mirror image for the other";
+        let repair = Some(Repair { text: repair.into(), bodies: vec![] });
+        findings.push(Finding { repair, ..finding("left and right differ in mass", text) });
         return;
     }
     let Some(signs) = pair.signs else { return };
@@ -105,7 +107,7 @@ fn both(pair: &MirrorPair, left: &Body, right: &Body, findings: &mut Vec<Finding
             changed.join(", ")
         );
         let text = format!("both centres at {:?} m", left.pose.position.map(|x| shown(x, 3)));
-        find(&fact, text);
+        findings.push(finding(&fact, text));
     }
 }
 

@@ -130,7 +130,8 @@ fn below_the_diagonal(owner: Node, find: &mut impl FnMut(Mistake, String)) {
         .collect();
     if !entries.is_empty() {
         let text = format!(
-            "the inertia is not symmetric ({}): ixy, ixz and iyz are read, which of them is meant is not known",
+            "the inertia is not symmetric ({}): ixy, ixz and iyz are read, as by urdfdom; correct them if needed, and \
+             delete the entries below the diagonal, which a URDF does not have",
             entries.join("; ")
         );
         find(Mistake::NotSymmetric, text);
