@@ -20,6 +20,7 @@ mod size;
 pub use base::base_parameters::{BaseParameter, BaseParameters, Term, WeakParameter};
 pub use base::closed::reason::NoCertificate;
 pub use base::evidence::{ExactRank, Rank};
+pub use base::exact_geometry::{GeometricError, independent_geometric_errors};
 pub use base::meaning::standard_meaning;
 pub use base::rank::{Scan, independent_columns};
 pub use base::unclear_rank::UnclearRank;

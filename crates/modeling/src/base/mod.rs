@@ -9,6 +9,7 @@ pub(crate) mod base_parameters;
 pub(crate) mod closed;
 pub(crate) mod coefficient;
 pub(crate) mod evidence;
+pub(crate) mod exact_geometry;
 pub(crate) mod exact_rank;
 pub(crate) mod field;
 pub(crate) mod field_algebra;

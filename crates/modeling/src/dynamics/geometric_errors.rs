@@ -28,26 +28,57 @@ impl Derivation<'_> {
         reference: Option<&ReferenceFrame>,
     ) -> Function {
         let frame = &frame.into();
+        let columns = self.error_columns(frame, reference).into_iter().flat_map(|of_link| of_link.1).collect();
+        self.twists_function("geometric_error_jacobian", frame, reference, columns)
+    }
+
+    /// The derivatives of [`Derivation::geometric_error_jacobian`] in the axes of the link, with six more columns before the
+    /// seven of each link: slides along x, y and z of the frame of its antecedent, then turns about x, y and z of this frame.
+    pub(crate) fn geometric_twists(&mut self, link: LinkId) -> Function {
+        let frame = &LinkFrame::from(link);
+        let of_link = |(frame, errors): ([[Vector; 2]; 6], [[Vector; 2]; 7])| frame.into_iter().chain(errors);
+        let columns = self.error_columns(frame, None).into_iter().flat_map(of_link).collect();
+        self.twists_function("geometric_twists", frame, None, columns)
+    }
+
+    /// A function with these twists as the columns of its output `j`.
+    fn twists_function(
+        &self,
+        name: &str,
+        frame: &LinkFrame,
+        reference: Option<&ReferenceFrame>,
+        columns: Vec<[Vector; 2]>,
+    ) -> Function {
+        let entries = (0..6).flat_map(|row| columns.iter().map(move |twist| twist[row / 3][row % 3])).collect();
+        let output = Output { name: "j".into(), rows: 6, columns: columns.len(), entries };
+        let name = frame.function(name) + &suffix(reference);
+        Function::new(&name, &self.graph, self.motion.configuration(), vec![output])
+    }
+
+    /// For each link from the base to the frame: the twists of the frame of its antecedent, and of its seven errors.
+    fn error_columns(
+        &mut self,
+        frame: &LinkFrame,
+        reference: Option<&ReferenceFrame>,
+    ) -> Vec<([[Vector; 2]; 6], [[Vector; 2]; 7])> {
         let robot = self.robot;
         let chain: Vec<LinkId> = std::iter::successors(Some(frame.link), |&j| robot.link(j).antecedent).collect();
         let mut p = constants(&mut self.graph, frame.pose.position);
         let mut columns = Vec::new();
         for (place, &k) in chain.iter().enumerate() {
-            let (twists, in_antecedent) = self.twists_of(k, p);
+            let (of_frame, errors, in_antecedent) = self.twists_of(k, p);
             p = in_antecedent;
-            let of_link = twists.map(|twist| twist.map(|v| self.expressed(v, &chain[..=place], frame, reference)));
-            columns.push(of_link);
+            let mut expressed =
+                |twist: [Vector; 2]| twist.map(|v| self.expressed(v, &chain[..=place], frame, reference));
+            columns.push((of_frame.map(&mut expressed), errors.map(&mut expressed)));
         }
-        let columns: Vec<[Vector; 2]> = columns.into_iter().rev().flatten().collect();
-        let entries = (0..6).flat_map(|row| columns.iter().map(move |twist| twist[row / 3][row % 3])).collect();
-        let output = Output { name: "j".into(), rows: 6, columns: columns.len(), entries };
-        let name = frame.function("geometric_error_jacobian") + &suffix(reference);
-        Function::new(&name, &self.graph, self.motion.configuration(), vec![output])
+        columns.reverse();
+        columns
     }
 
-    /// For each of the seven errors of link k: velocity of the point p and angular velocity, per unit of the error, in frame k.
-    /// Second result: p in the frame of the antecedent. `p`: the point, in frame k.
-    fn twists_of(&mut self, k: LinkId, p: Vector) -> ([[Vector; 2]; 7], Vector) {
+    /// Velocity of the point p and angular velocity, in frame k, per unit of: the slides and turns of the frame of the antecedent;
+    /// the seven errors of link k. Third result: p in the frame of the antecedent. `p`: the point, in frame k.
+    fn twists_of(&mut self, k: LinkId, p: Vector) -> ([[Vector; 2]; 6], [[Vector; 2]; 7], Vector) {
         let b = Geometry::of(&mut self.graph, &mut self.constants, self.robot.link(k)).b;
         let (placement, g) = (self.links[k.0].placement.clone(), &mut self.graph);
         let from_origin = placement.to_antecedent(g, p);
@@ -60,8 +91,17 @@ impl Derivation<'_> {
         let turn = |g: &mut _, axis: Vector, from: Vector| [cross(g, axis, from), axis];
         let before =
             [turn(g, z, from_origin), [z, NULL], turn(g, across, from_b), turn(g, along, from_b), [along, NULL]];
-        let [gamma, b, beta, alpha, d] = before.map(|twist| twist.map(|v| placement.to_link(g, v)));
-        ([gamma, b, beta, alpha, d, turn(g, z, p), [z, NULL]], from_origin)
+        let of_frame = [
+            [x, NULL],
+            [y, NULL],
+            [z, NULL],
+            turn(g, x, from_origin),
+            turn(g, y, from_origin),
+            turn(g, z, from_origin),
+        ];
+        let mut to_link = |twist: [Vector; 2]| twist.map(|v| placement.to_link(g, v));
+        let ([gamma, b, beta, alpha, d], of_frame) = (before.map(&mut to_link), of_frame.map(&mut to_link));
+        (of_frame, [gamma, b, beta, alpha, d, turn(g, z, p), [z, NULL]], from_origin)
     }
 
     /// The vector v, in the axes of the last link of `chain`, in the axes of `reference`, or of the frame for `None`. `chain`: the

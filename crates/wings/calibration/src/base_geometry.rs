@@ -7,16 +7,17 @@
 //! the dropped parameter [Khalil, Dombre 2002, chapter 11].
 //!
 //! A parameter without effect changes no measurement. The gap between kept and dropped columns is the evidence for the number
-//! of base parameters.
+//! of base parameters. For full poses, the number is also determined in a finite field, where no tolerance is needed
+//! ([`modeling::independent_geometric_errors`]).
 
-use modeling::independent_columns;
+use modeling::{GeometricError, independent_columns, independent_geometric_errors};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use random::Random;
 use rist::Error;
-use robot::Robot;
+use robot::{LinkId, Robot};
 
-use crate::chain::{Placed, turned_by};
-use crate::measurement::{Posture, Problem, Unknowns};
+use crate::chain::{Convention, Placed, turned_by};
+use crate::measurement::{MeasurementKind, Posture, Problem, Unknowns};
 use crate::parameter::{Parameter, ParameterNames};
 
 /// Number of random rows per parameter.
@@ -79,6 +80,59 @@ impl GeometricBase {
         let terms: Vec<String> =
             terms.iter().map(|(k, x)| format!("{} {}", claims::significant(*x, 4), name(*k))).collect();
         format!("{} = {}", name(grouped), terms.join(" + "))
+    }
+}
+
+/// Whether the numeric base parameters are those of a finite field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExactGeometry {
+    /// The same parameters are independent in the field.
+    SameParameters,
+    /// The number of independent parameters is the same in the field.
+    SameNumber,
+    /// In the field, where lengths are arbitrary, this number of parameters is independent.
+    Other(usize),
+}
+
+impl ExactGeometry {
+    /// Compares base parameters of full poses with a finite field. `selected`: indices of the parameters among which the base
+    /// was searched. `None` for other measurements, for gears and compliances, and for robots with passive joints.
+    pub fn of(robot: &Robot, problem: &Problem, selected: &[usize], base: &GeometricBase) -> Option<ExactGeometry> {
+        if problem.kind != MeasurementKind::Pose {
+            return None;
+        }
+        let error = |k: &usize| match problem.parameters[*k] {
+            // The base is the frame before the first link.
+            Parameter::Base { axis } => Some(GeometricError::Before { link: problem.chain.links[0], axis }),
+            Parameter::Point { axis, .. } => Some(GeometricError::Tool { axis }),
+            Parameter::Tool { axis } => Some(GeometricError::Tool { axis: axis + 3 }),
+            Parameter::Zero { coordinate } => Some(GeometricError::Zero(coordinate)),
+            Parameter::Dh { link, letter } => Some(GeometricError::Link { link: LinkId(link), error: letter as usize }),
+            // The six errors of the frame of a joint have the span of the six errors of the frame before the link.
+            Parameter::Frame { link, axis } => Some(GeometricError::Before { link: LinkId(link), axis }),
+            _ => None,
+        };
+        let errors: Vec<GeometricError> = selected.iter().map(error).collect::<Option<_>>()?;
+        let exact = independent_geometric_errors(robot, *problem.chain.links.last()?, &errors)?;
+        let is_same = problem.chain.convention() == Convention::Dh
+            && exact.iter().map(|&k| selected[k]).eq(base.kept.iter().copied());
+        Some(match exact.len() {
+            _ if is_same => ExactGeometry::SameParameters,
+            number if number == base.kept.len() => ExactGeometry::SameNumber,
+            number => ExactGeometry::Other(number),
+        })
+    }
+}
+
+impl std::fmt::Display for ExactGeometry {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            ExactGeometry::SameParameters => f.write_str("the same parameters are independent in a finite field"),
+            ExactGeometry::SameNumber => f.write_str("the rank in a finite field is the same"),
+            ExactGeometry::Other(number) => {
+                write!(f, "with other lengths of the same structure, {number} are independent (finite field)")
+            }
+        }
     }
 }
 

@@ -33,7 +33,7 @@ mod torques;
 mod verdict;
 mod write_back;
 
-pub use base_geometry::{GeometricBase, geometric_base};
+pub use base_geometry::{ExactGeometry, GeometricBase, geometric_base};
 pub use calibrate::{CalibratedParameter, Calibration, HoldingTorque, calibrate, calibrate_table, chain_of};
 pub use chain::{Chain, Convention, Derivatives, Placed, Twist};
 pub use corrections::{CalibrationOptions, MeasurementColumns, TableCorrections};

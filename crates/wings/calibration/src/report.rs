@@ -10,13 +10,13 @@ use rist::Error;
 use robot::{Robot, format::roll_pitch_yaw};
 use serde_json::{Value, json};
 
-use crate::base_geometry::geometric_base;
+use crate::base_geometry::{ExactGeometry, geometric_base};
 use crate::calibrate::{CalibratedParameter, Calibration, chain_of, names_of};
 use crate::chain::Placed;
 use crate::folds::PredictionError;
 use crate::level::Level;
 use crate::measurement::{MeasurementKind, Posture, Problem};
-use crate::parameter::ParameterGroup;
+use crate::parameter::{Parameter, ParameterGroup};
 use crate::request::CalibrateRequest;
 use crate::verdict::{errors, shown};
 
@@ -171,19 +171,22 @@ pub fn inspected(robot: &Robot, request: &CalibrateRequest) -> Result<(String, V
     };
     let problem = Problem::new(chain, MeasurementKind::Pose, vec![posture]);
     let names = names_of(robot, 1);
-    let base = geometric_base(robot, &problem, |p| {
-        matches!(p.group(), ParameterGroup::Frames | ParameterGroup::Zeros | ParameterGroup::Geometry)
-    })?;
+    let is_selected =
+        |p: Parameter| matches!(p.group(), ParameterGroup::Frames | ParameterGroup::Zeros | ParameterGroup::Geometry);
+    let base = geometric_base(robot, &problem, is_selected)?;
+    let selected: Vec<usize> = (0..problem.parameters.len()).filter(|&k| is_selected(problem.parameters[k])).collect();
+    let exact = ExactGeometry::of(robot, &problem, &selected, &base);
     let name = |k: &usize| names.of(problem.parameters[*k]).to_string();
     let kept: Vec<String> = base.kept.iter().map(name).collect();
     let rules: Vec<String> = base.grouped.iter().map(|(k, _)| base.rule(*k, &problem, &names)).collect();
     let none: Vec<String> = base.without_effect.iter().map(name).collect();
     let evidence = format!(
         "{} base geometric parameters of full poses, base and tool free (smallest distance of a kept column {:.1e}, largest of a \
-         dropped one {:.1e})",
+         dropped one {:.1e}){}",
         kept.len(),
         base.smallest_kept,
-        base.largest_dropped
+        base.largest_dropped,
+        exact.map_or(String::new(), |exact| format!("; {exact}"))
     );
     let mut text = format!("{evidence}\n{}\n", kept.join(", "));
     if !rules.is_empty() {
@@ -193,6 +196,6 @@ pub fn inspected(robot: &Robot, request: &CalibrateRequest) -> Result<(String, V
         text += &format!("\nwithout effect: {}\n", none.join(", "));
     }
     let json = json!({"kept": kept, "rules": rules, "without_effect": none, "smallest_kept": base.smallest_kept,
-        "largest_dropped": base.largest_dropped});
+        "largest_dropped": base.largest_dropped, "finite_field": exact.map(|exact| exact.to_string())});
     Ok((text, json))
 }
