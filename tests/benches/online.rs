@@ -10,7 +10,7 @@
 //! | pushes | largest joint torque of the push, N m; share found within 20 ms, and at all; the last significant joint moves the touched link or a link before it; median of the limit of the pushed joint, N m |
 //! | long pushes | share of the pushes of 1 s with 10 N m that are taken for a load |
 //! | loads | number; found; after how long, median, s; RMS error of the mass, %; share within two sigma; RMS of (error / sigma) |
-//! | after .5 s | of the loads of 1 kg and more: their number; share with the mass within 3 %, and with the centre of mass within 5 mm, where the motion determines them; RMS error of the mass, %, and of a component of the centre, mm |
+//! | after .5 s | of the loads of 1 kg and more: their number; share with the mass within 3 %, and with the centre of mass within 5 mm, where the motion determines them; RMS error of the mass, %, and of a component of the centre, mm; RMS of (error / sigma) of the mass |
 
 use std::path::Path;
 
@@ -148,7 +148,7 @@ fn pushed(arms: &[(&str, Arm)], torque: f64, pushes: u64) {
 
 fn loaded(arms: &[(&str, Arm)], loads: u64) {
     let (mut found, mut errors, mut ratios, mut delays) = (0, Vec::new(), Vec::new(), Vec::new());
-    let (mut early_masses, mut early_centres) = (Vec::new(), Vec::new());
+    let (mut early_masses, mut early_centres, mut early_ratios) = (Vec::new(), Vec::new(), Vec::new());
     for draw in 0..loads {
         let (_, arm) = &arms[draw as usize % arms.len()];
         let mut random = Random::new(9000 + draw);
@@ -167,6 +167,7 @@ fn loaded(arms: &[(&str, Arm)], loads: u64) {
             ratios.push((value - mass) / sigma);
             if let Some(early) = carried.early.filter(|early| mass >= 1.0 && early.is_determined[9]) {
                 early_masses.push(early.parameters[9] / mass - 1.0);
+                early_ratios.push((early.parameters[9] - mass) / early.sigma[9]);
                 let determined = (0..3).filter(|c| early.is_determined[6 + c]);
                 early_centres
                     .extend(determined.map(|c| early.parameters[6 + c] / early.parameters[9] - centre_of_mass[c]));
@@ -188,14 +189,17 @@ fn loaded(arms: &[(&str, Arm)], loads: u64) {
         100.0 * errors.iter().filter(|e| e.abs() <= limit).count() as f64 / errors.len().max(1) as f64
     };
     let rms = |errors: &[f64]| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt();
-    println!("\n| after .5 s | mass within 3 % | centre within 5 mm | mass, % | centre, mm |\n|---|---|---|---|---|");
     println!(
-        "| {} ({} components) | {:.0} % | {:.0} % | {:.2} | {:.2} |",
+        "\n| after .5 s | mass within 3 % | centre within 5 mm | mass, % | centre, mm | error / sigma |\n|---|---|---|---|---|---|"
+    );
+    println!(
+        "| {} ({} components) | {:.0} % | {:.0} % | {:.2} | {:.2} | {:.2} |",
         early_masses.len(),
         early_centres.len(),
         share(&early_masses, 0.03),
         share(&early_centres, 5e-3),
         100.0 * rms(&early_masses),
-        1e3 * rms(&early_centres)
+        1e3 * rms(&early_centres),
+        rms(&early_ratios)
     );
 }

@@ -241,15 +241,17 @@ int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_
     /* A row of weight 0 changes nothing, but takes the same time. */
     for (j = 0; j < N; j++) {
         const int is_saturated = ABS(ABS(tau[j]) - effort[j]) < SATURATED_WITHIN * effort[j];
-        const int is_used = m->dry[j] < SQRT(m->noise_variance[j]) && !is_settling && !is_saturated;
-        const real weight = is_used ? 1 / SQRT(m->noise_variance[j]) : 0;
+        /* Of the logs, without the larger noise of the velocity that a load causes: it averages out. */
+        const real deviation = SQRT(SQUARE(noise[j]) + SQUARE(low_speed[j] * m->low[j]));
+        const int is_used = m->dry[j] < deviation && !is_settling && !is_saturated;
+        const real weight = is_used ? 1 / deviation : 0;
         real scaled[TEN], left = m->external[j];
         if (is_saturated)
             status |= UPPER_SATURATED;
         for (c = 0; c < TEN; c++)
             left += candidate[c] * m->row[j][c];
         if (m->load.phase == 1 && is_used)
-            m->load.misfit += period / (MISFIT_MEMORY + period) / N * (SQUARE(left * weight) - m->load.misfit);
+            m->load.misfit += period / (MISFIT_MEMORY + period) / N * (SQUARE(left) / m->noise_variance[j] - m->load.misfit);
         for (c = 0; c < TEN; c++) {
             scaled[c] = -m->row[j][c] * weight;
             for (d = 0; d < D; d++)

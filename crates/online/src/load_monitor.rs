@@ -124,14 +124,16 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
         self.predicted = self.current.parameters();
     }
 
-    /// Takes the torque of one joint; arguments as of [`Payload::push`]. `joints`: number of joints.
-    pub fn push(&mut self, row: &[R; 10], torque: R, deviation: R, shared: &[R; D], joints: usize) {
+    /// Takes the torque of one joint; arguments as of [`Payload::push`]. `present`: standard deviation of a single value of e now.
+    /// It grows with a load, because the noise of the velocity is multiplied by the inertia. `deviation` does not contain this
+    /// part, because it is the derivative of a noise and averages out. `joints`: number of joints.
+    pub fn push(&mut self, row: &[R; 10], torque: R, [deviation, present]: [R; 2], shared: &[R; D], joints: usize) {
         if self.phase == Phase::Testing && self.age < self.decision.settling {
             return;
         }
         if self.phase == Phase::Testing {
             let explained = self.predicted.iter().zip(row).fold(R::ZERO, |sum, (x, h)| sum - *x * *h);
-            let normalised = (torque - explained) / deviation;
+            let normalised = (torque - explained) / present;
             let share = self.period / (self.decision.memory + self.period) / R::of(joints as f64);
             let square = normalised * normalised;
             if square.is_finite() {
@@ -205,7 +207,7 @@ mod tests {
             let contact = detector.step(ratios, 0.01);
             monitor.begin(contact, 0.01);
             for (row, torque) in rows.iter().zip(torques) {
-                monitor.push(row, torque, 0.05, &[], 3);
+                monitor.push(row, torque, [0.05; 2], &[], 3);
             }
             let is_changed = monitor.end();
             if let Some((load, misfit)) = monitor.candidate() {

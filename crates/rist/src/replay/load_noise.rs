@@ -18,8 +18,9 @@ use online::{Band, Payload};
 
 use crate::replay::observers::Seen;
 
-/// Length of a window, s: the time in which the estimate of a load settles.
-const WINDOW_S: f64 = 5.0;
+/// Length of a window, s: a usual time for which a load is carried. Slow errors average out within it, so f is smaller than for
+/// short windows.
+const WINDOW_S: f64 = 15.0;
 /// Largest possible mass of a load, kg. This value hardly matters, because a window determines the mass to a tenth of this
 /// value.
 const POSSIBLE_MASS_KG: f64 = 10.0;
@@ -102,7 +103,7 @@ mod tests {
         let factor = |kind: usize| {
             let (mut random, mut noise) = (Random::new(4), LoadNoise::new());
             let (mut before, mut sum) = (0.0, 0.0);
-            for k in 0..30_000 {
+            for k in 0..90_000 {
                 let t = 0.01 * f64::from(k);
                 let error = random.normal();
                 sum = 0.9 * sum + error;
