@@ -6,6 +6,7 @@
 #define D DIRECTIONS
 #define DETERMINED ((real)0.1)
 #define SATURATED_WITHIN ((real)1e-3)
+#define LARGEST_NEGATIVE_MASS ((real)3)
 #define SQUARE(x) ((x) * (x))
 #define ABS(x) ((x) < 0 ? -(x) : (x))
 
@@ -139,7 +140,8 @@ static int end_load(PREFIX_load *l)
     real x[TEN], sigma[TEN], inverse[TEN][TEN];
     int k, c, is_found = l->phase == 1 && l->age > DECISION && l->misfit < LARGEST_MISFIT;
     estimate_load(&l->current, x, sigma, inverse);
-    is_found = is_found && sigma[9] < DETERMINED * load_start[9];
+    /* No body has a negative mass. */
+    is_found = is_found && sigma[9] < DETERMINED * load_start[9] && x[9] > -LARGEST_NEGATIVE_MASS * sigma[9];
     if (is_found || l->phase == 2 || (l->phase == 0 && l->has_load)) {
         for (k = 0; k < TEN; k++) {
             l->parameters[k] = x[k];
@@ -241,17 +243,15 @@ int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_
     /* A row of weight 0 changes nothing, but takes the same time. */
     for (j = 0; j < N; j++) {
         const int is_saturated = ABS(ABS(tau[j]) - effort[j]) < SATURATED_WITHIN * effort[j];
-        /* Of the logs, without the larger noise of the velocity that a load causes: it averages out. */
-        const real deviation = SQRT(SQUARE(noise[j]) + SQUARE(low_speed[j] * m->low[j]));
-        const int is_used = m->dry[j] < deviation && !is_settling && !is_saturated;
-        const real weight = is_used ? 1 / deviation : 0;
+        const int is_used = m->dry[j] < SQRT(m->noise_variance[j]) && !is_settling && !is_saturated;
+        const real weight = is_used ? 1 / SQRT(m->noise_variance[j]) : 0;
         real scaled[TEN], left = m->external[j];
         if (is_saturated)
             status |= UPPER_SATURATED;
         for (c = 0; c < TEN; c++)
             left += candidate[c] * m->row[j][c];
         if (m->load.phase == 1 && is_used)
-            m->load.misfit += period / (MISFIT_MEMORY + period) / N * (SQUARE(left) / m->noise_variance[j] - m->load.misfit);
+            m->load.misfit += period / (MISFIT_MEMORY + period) / N * (SQUARE(left * weight) - m->load.misfit);
         for (c = 0; c < TEN; c++) {
             scaled[c] = -m->row[j][c] * weight;
             for (d = 0; d < D; d++)

@@ -169,10 +169,8 @@ impl Run {
                 self.saturated[j] += cycle.period;
                 continue;
             }
-            // The noise of the reference logs, not the present noise; see `LoadMonitor::push`.
-            if let Some(deviation) = load_noise::deviation(&self.noise.bands[j], seen.slowness) {
-                let deviations = [deviation, band.deviation(seen.slowness, 0.0)];
-                self.loads.push(&seen.load, seen.torque, deviations, &shared[j], n);
+            if let Some(deviation) = load_noise::deviation(band, seen.slowness) {
+                self.loads.push(&seen.load, seen.torque, deviation, &shared[j], n);
             }
             if !contact.is_contact && joint.speed.abs() > band.speed {
                 let deviation = band.deviation(seen.slowness, square(&shared[j]));
