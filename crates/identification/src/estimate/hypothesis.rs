@@ -274,11 +274,12 @@ impl Hypothesis {
             Mount(axis) => format!("gravity is tilted by {off} about {} of the base", ["x", "y", "z"][axis]),
             Rotor(_) => format!("a rotor of {off} that the model lacks stands behind {of}"),
             Drift(_) => format!("the torque of {of} grows by {off} from the first sample to the last"),
-            Late(Some(_)) => format!("the torque of {of} is late by {off}"),
-            // The sign of a common delay becomes a word, because a negative delay is hard to read.
-            Late(None) => match off.strip_prefix('-') {
-                None => format!("the torques come {off} later than the positions"),
-                Some(early) => format!("the torques come {early} before the positions"),
+            // The sign of a delay becomes a word, because a negative delay is hard to read.
+            Late(joint) => match (joint, off.strip_prefix('-')) {
+                (Some(_), None) => format!("the torque of {of} is late by {off}"),
+                (Some(_), Some(early)) => format!("the torque of {of} is early by {early}"),
+                (None, None) => format!("the torques come {off} later than the positions"),
+                (None, Some(early)) => format!("the torques come {early} before the positions"),
             },
             DeadCurrent(_) => format!("dead current: the first {off} of {of} give no torque"),
             Play(_) => format!("{of} has play of {off} between its encoder and its link"),
@@ -486,4 +487,17 @@ fn torque_rate(states: &States, r: usize, j: usize) -> f64 {
     let seconds = states.t[behind] - states.t[before];
     let change = states.tau[behind * states.n + j] - states.tau[before * states.n + j];
     if seconds > 0.0 { change / seconds } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_negative_delay_is_early() {
+        let of_joint = |off| Hypothesis::Late(Some(0)).statement(off, &["j1"]);
+        assert_eq!(of_joint("3 ms"), "the torque of j1 is late by 3 ms");
+        assert_eq!(of_joint("-3 ms +- 1 ms"), "the torque of j1 is early by 3 ms +- 1 ms");
+        assert_eq!(Hypothesis::Late(None).statement("-3 ms", &[]), "the torques come 3 ms before the positions");
+    }
 }
