@@ -46,7 +46,7 @@ const ARMS: [(&str, &str); 12] = [
     ("SCARA", "-,0,0,R,0.3|1,0,0.3,R,0|2,0,0.25,P,0|3,0,0,R,0"),
     ("gantry", "-,0,0,P,0|1,pi/2,0,P,0|2,pi/2,0,P,0|3,0,0,R,0|4,pi/2,0.1,R,0.2|5,pi/2,0,R,0"),
     ("3R plane", "-,0,0,R,0|1,0,0.4,R,0|2,0,0.3,R,0"),
-    ("5R", "-,0,0,R,0.1|1,pi/2,0,R,0|2,0,0.16,R,0|3,0,0.14,R,0|4,pi/2,0,R,0.1"),
+    ("parallelogram", "-,0,0,R,0.3|1,-pi/2,0.15,R,0|2,0,0.6,L,0|3,-pi/2,0.1,R,0.65|4,pi/2,0,R,0|5,-pi/2,0,R,0"),
     ("RPR", "-,0,0,R,0.2|1,pi/2,0.1,R,0|2,pi/2,0,P,0.4|3,0,0,R,0|4,pi/2,0,R,0.1|5,-pi/2,0,R,0"),
     (
         "rail and 6R",
@@ -55,7 +55,8 @@ const ARMS: [(&str, &str); 12] = [
     ("6R tilted", "-,0,0,R,0.4|1,-pi/4,0.15,R,0|2,0,0.6,R,0|3,-pi/2,0.1,R,0.6|4,pi/2,0,R,0|5,-pi/2,0,R,0"),
 ];
 
-/// Makes a robot from a list of links, each with: antecedent, alpha, d, type of the joint (R revolute, P prismatic), r.
+/// Makes a robot from a list of links, each with: antecedent, alpha, d, type of the joint (R revolute, P prismatic, L revolute and
+/// driven through a parallelogram), r. The motor of a parallelogram turns a bar beside the antecedent of the link.
 fn robot(name: &str, links: &str) -> Robot {
     let all: Vec<Vec<&str>> = links.split('|').map(|link| link.split(',').collect()).collect();
     let names: Vec<String> = (1..=all.len()).map(|k| format!("q{k}")).collect();
@@ -66,8 +67,14 @@ fn robot(name: &str, links: &str) -> Robot {
         items.push(format!("antecedent: {}", if link[0] == "-" { "base" } else { link[0] }));
         items.push(format!("alpha: {}, d: {}", link[1], link[2]));
         let q = &names[k];
+        if link[3] == "L" {
+            let before = &all[k - 1];
+            let bar = format!("antecedent: {}, alpha: {}, d: {}, theta: {q}", before[0], before[1], before[2]);
+            let _ = writeln!(text, "  - {{link: {}, {bar}}}", all.len() + 1);
+        }
         items.push(match link[3] {
             "P" => format!("joint: prismatic, r: {q} + {}", link[4]),
+            "L" => format!("drive: passive, theta: {q} - {}, r: {}", names[k - 1], link[4]),
             _ => format!("theta: {q}, r: {}", link[4]),
         });
         let _ = writeln!(text, "  - {{{}}}", items.join(", "));
