@@ -183,3 +183,56 @@ pub fn geometric_base(
     let at_random = problem.with(random_postures(robot, problem, like, count));
     GeometricBase::of(&at_random.linearised(&random_unknowns(problem)).jacobian, &selected)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameter::ParameterGroup;
+    use crate::simulated::problem;
+
+    fn is_rigid(parameter: Parameter) -> bool {
+        matches!(parameter.group(), ParameterGroup::Frames | ParameterGroup::Zeros | ParameterGroup::Geometry)
+    }
+
+    fn selected(problem: &Problem) -> Vec<usize> {
+        (0..problem.parameters.len()).filter(|&k| is_rigid(problem.parameters[k])).collect()
+    }
+
+    /// The base parameters of full poses are the same in a finite field, and their number is that of Khalil and Dombre: 4 for each
+    /// revolute joint, 2 for each prismatic joint, and 6. For the frames of a URDF, the number is the same.
+    #[test]
+    fn base_parameters_are_those_of_a_finite_field() {
+        let models = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../models");
+        for (file, [revolute, prismatic]) in [
+            ("ur5.yaml", [6, 0]),
+            ("panda.yaml", [7, 0]),
+            ("stanford.yaml", [5, 1]),
+            ("scara.yaml", [3, 1]),
+            ("ur5.urdf", [6, 0]),
+        ] {
+            let robot = rist::read_robot(&models.join(file), &rist::ModelOptions::default()).unwrap();
+            for convention in [Convention::Dh, Convention::Frames] {
+                let problem = problem(&robot, convention, MeasurementKind::Pose, 1, &mut Random::new(1));
+                let base = geometric_base(&robot, &problem, is_rigid).unwrap();
+                let selected = selected(&problem);
+                assert_eq!(base.kept.len(), 4 * revolute + 2 * prismatic + 6, "{file} {convention:?}");
+                let wanted = match convention {
+                    Convention::Dh => ExactGeometry::SameParameters,
+                    Convention::Frames => ExactGeometry::SameNumber,
+                };
+                assert_eq!(ExactGeometry::of(&robot, &problem, &selected, &base), Some(wanted), "{file}");
+            }
+            // A base in which a parameter is missing is not the base of the field.
+            let problem = problem(&robot, Convention::Dh, MeasurementKind::Pose, 1, &mut Random::new(1));
+            let selected = selected(&problem);
+            let mut base = geometric_base(&robot, &problem, is_rigid).unwrap();
+            base.kept.pop();
+            let number = base.kept.len() + 1;
+            assert_eq!(
+                ExactGeometry::of(&robot, &problem, &selected, &base),
+                Some(ExactGeometry::Other(number)),
+                "{file}"
+            );
+        }
+    }
+}

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, UnitQuaternion};
 use random::Random;
 use robot::Robot;
 
-use crate::base_geometry::{ExactGeometry, geometric_base};
+use crate::base_geometry::geometric_base;
 use crate::calibrate::{Calibration, calibrate, calibrate_table};
 use crate::chain::{Convention, turned_by};
 use crate::corrections::{CalibrationOptions, TableCorrections};
@@ -99,43 +99,6 @@ fn jacobian_and_rank_are_those_of_numbers() {
     // [Khalil, Dombre 2002].
     let (robot, problem, _) = simulated(MeasurementKind::Pose, 1, 0.0, 1);
     assert_eq!(geometric_base(&robot, &problem, is_rigid).unwrap().kept.len(), 30);
-}
-
-/// The base parameters of full poses are the same in a finite field, and their number is that of Khalil and Dombre: 4 for each
-/// revolute joint, 2 for each prismatic joint, and 6. For the frames of a URDF, the number is the same.
-#[test]
-fn base_parameters_are_those_of_a_finite_field() {
-    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../models");
-    for (file, [revolute, prismatic]) in [
-        ("ur5.yaml", [6, 0]),
-        ("panda.yaml", [7, 0]),
-        ("stanford.yaml", [5, 1]),
-        ("scara.yaml", [3, 1]),
-        ("ur5.urdf", [6, 0]),
-    ] {
-        let path = models.join(file);
-        let text = std::fs::read_to_string(&path).unwrap();
-        let robot = rist::parse_robot(&text, &path, &rist::ModelOptions::default()).unwrap();
-        for convention in [Convention::Dh, Convention::Frames] {
-            let problem = problem(&robot, convention, MeasurementKind::Pose, 1, &mut Random::new(1));
-            let base = geometric_base(&robot, &problem, is_rigid).unwrap();
-            let selected: Vec<usize> =
-                (0..problem.parameters.len()).filter(|&k| is_rigid(problem.parameters[k])).collect();
-            assert_eq!(base.kept.len(), 4 * revolute + 2 * prismatic + 6, "{file} {convention:?}");
-            let wanted = match convention {
-                Convention::Dh => ExactGeometry::SameParameters,
-                Convention::Frames => ExactGeometry::SameNumber,
-            };
-            assert_eq!(ExactGeometry::of(&robot, &problem, &selected, &base), Some(wanted), "{file}");
-        }
-        // A base in which a parameter is missing is not the base of the field.
-        let problem = problem(&robot, Convention::Dh, MeasurementKind::Pose, 1, &mut Random::new(1));
-        let selected: Vec<usize> = (0..problem.parameters.len()).filter(|&k| is_rigid(problem.parameters[k])).collect();
-        let mut base = geometric_base(&robot, &problem, is_rigid).unwrap();
-        base.kept.pop();
-        let number = base.kept.len() + 1;
-        assert_eq!(ExactGeometry::of(&robot, &problem, &selected, &base), Some(ExactGeometry::Other(number)), "{file}");
-    }
 }
 
 /// Without noise, the fit finds the true zeros up to rounding, although they differ from the description by up to 30 degrees

@@ -46,6 +46,7 @@ pub(crate) const ORDERS: [(&str, &[&str]); 28] = [
             "body",
             "body_doubt",
             "inertial_repair",
+            "substitute",
             "mirror_pairs",
             "mirror_comparison",
             "relative_density",
