@@ -185,9 +185,12 @@ mod tests {
 
     extern crate std;
 
-    /// The cycles at which the load changed, with mass and sigma; and for each cycle with a candidate: cycle, mass, sigma and
-    /// misfit. A load of this mass is there from cycle 300 to 900, a push of one joint from 1200 to 1230.
-    fn monitored(load: f64) -> (std::vec::Vec<(i32, f64, f64)>, std::vec::Vec<(i32, f64, f64, f64)>) {
+    /// A cycle, with mass, sigma and misfit of a load.
+    type Seen = (i32, f64, f64, f64);
+
+    /// The cycles at which the load changed, and those with a candidate. A load of this mass is there from cycle 300 to 900, and a
+    /// push of one joint from 1200 to 1230.
+    fn monitored(load: f64) -> [std::vec::Vec<Seen>; 2] {
         let empty = Payload::<f64, 0>::new([5.0; 10], 1.0);
         let decision = LoadDecision { time: 1.0, settling: 0.05, memory: 0.2, largest_misfit: 4.0 };
         let mut monitor = LoadMonitor::new(empty, decision);
@@ -215,22 +218,22 @@ mod tests {
                 early.push((k, load.parameters[9], load.sigma[9], misfit));
             }
             if is_changed {
-                changes.push((k, monitor.carried().parameters[9], monitor.carried().sigma[9]));
+                changes.push((k, monitor.carried().parameters[9], monitor.carried().sigma[9], monitor.misfit));
             }
         }
-        (changes, early)
+        [changes, early]
     }
 
     /// Forces upward, as of a negative mass, are a contact and no load.
     #[test]
     fn a_negative_mass_is_no_load() {
-        assert_eq!(monitored(-2.0).0, []);
+        assert_eq!(monitored(-2.0)[0], []);
     }
 
     #[test]
     fn a_load_is_told_from_a_push() {
-        let (changes, early) = monitored(2.0);
-        let [(up, mass, sigma), (down, left, of_left)] = changes[..] else { panic!("{changes:?}") };
+        let [changes, early] = monitored(2.0);
+        let [(up, mass, sigma, _), (down, left, of_left, _)] = changes[..] else { panic!("{changes:?}") };
         assert!((398..430).contains(&up) && (998..1030).contains(&down), "{changes:?}");
         // Only one random sequence is tested, so the limit is four standard deviations. The ten columns are waves of similar
         // frequency. After the decision time of one second they leave a standard deviation of 0.15 kg.

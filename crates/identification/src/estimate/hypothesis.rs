@@ -495,9 +495,9 @@ mod tests {
 
     #[test]
     fn a_negative_delay_is_early() {
-        let of_joint = |off| Hypothesis::Late(Some(0)).statement(off, &["j1"]);
+        let of_joint = |off| Late(Some(0)).statement(off, &["j1"]);
         assert_eq!(of_joint("3 ms"), "the torque of j1 is late by 3 ms");
         assert_eq!(of_joint("-3 ms +- 1 ms"), "the torque of j1 is early by 3 ms +- 1 ms");
-        assert_eq!(Hypothesis::Late(None).statement("-3 ms", &[]), "the torques come 3 ms before the positions");
+        assert_eq!(Late(None).statement("-3 ms", &[]), "the torques come 3 ms before the positions");
     }
 }

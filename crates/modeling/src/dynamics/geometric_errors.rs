@@ -18,6 +18,9 @@ use crate::dynamics::reference_frame::{ReferenceFrame, constants, in_axes_of, su
 use crate::kinematics::links::Geometry;
 use crate::kinematics::vector::{NULL, Vector, add, cross};
 
+/// Velocity of the origin of a frame, then angular velocity, per unit of an error.
+type Twist = [Vector; 2];
+
 impl Derivation<'_> {
     /// Derivatives of the pose of a frame by the errors of gamma, b, beta, alpha, d, theta and r of each link from the base to the
     /// frame, as a function: input `q`, output `j` (6 x 7 per link): velocity of the origin of the frame, then angular velocity,
@@ -36,7 +39,7 @@ impl Derivation<'_> {
     /// seven of each link: slides along x, y and z of the frame of its antecedent, then turns about x, y and z of this frame.
     pub(crate) fn geometric_twists(&mut self, link: LinkId) -> Function {
         let frame = &LinkFrame::from(link);
-        let of_link = |(frame, errors): ([[Vector; 2]; 6], [[Vector; 2]; 7])| frame.into_iter().chain(errors);
+        let of_link = |(frame, errors): ([Twist; 6], [Twist; 7])| frame.into_iter().chain(errors);
         let columns = self.error_columns(frame, None).into_iter().flat_map(of_link).collect();
         self.twists_function("geometric_twists", frame, None, columns)
     }
@@ -47,7 +50,7 @@ impl Derivation<'_> {
         name: &str,
         frame: &LinkFrame,
         reference: Option<&ReferenceFrame>,
-        columns: Vec<[Vector; 2]>,
+        columns: Vec<Twist>,
     ) -> Function {
         let entries = (0..6).flat_map(|row| columns.iter().map(move |twist| twist[row / 3][row % 3])).collect();
         let output = Output { name: "j".into(), rows: 6, columns: columns.len(), entries };
@@ -60,7 +63,7 @@ impl Derivation<'_> {
         &mut self,
         frame: &LinkFrame,
         reference: Option<&ReferenceFrame>,
-    ) -> Vec<([[Vector; 2]; 6], [[Vector; 2]; 7])> {
+    ) -> Vec<([Twist; 6], [Twist; 7])> {
         let robot = self.robot;
         let chain: Vec<LinkId> = std::iter::successors(Some(frame.link), |&j| robot.link(j).antecedent).collect();
         let mut p = constants(&mut self.graph, frame.pose.position);
@@ -68,8 +71,7 @@ impl Derivation<'_> {
         for (place, &k) in chain.iter().enumerate() {
             let (of_frame, errors, in_antecedent) = self.twists_of(k, p);
             p = in_antecedent;
-            let mut expressed =
-                |twist: [Vector; 2]| twist.map(|v| self.expressed(v, &chain[..=place], frame, reference));
+            let mut expressed = |twist: Twist| twist.map(|v| self.expressed(v, &chain[..=place], frame, reference));
             columns.push((of_frame.map(&mut expressed), errors.map(&mut expressed)));
         }
         columns.reverse();
@@ -78,7 +80,7 @@ impl Derivation<'_> {
 
     /// Velocity of the point p and angular velocity, in frame k, per unit of: the slides and turns of the frame of the antecedent;
     /// the seven errors of link k. Third result: p in the frame of the antecedent. `p`: the point, in frame k.
-    fn twists_of(&mut self, k: LinkId, p: Vector) -> ([[Vector; 2]; 6], [[Vector; 2]; 7], Vector) {
+    fn twists_of(&mut self, k: LinkId, p: Vector) -> ([Twist; 6], [Twist; 7], Vector) {
         let b = Geometry::of(&mut self.graph, &mut self.constants, self.robot.link(k)).b;
         let (placement, g) = (self.links[k.0].placement.clone(), &mut self.graph);
         let from_origin = placement.to_antecedent(g, p);
@@ -99,7 +101,7 @@ impl Derivation<'_> {
             turn(g, y, from_origin),
             turn(g, z, from_origin),
         ];
-        let mut to_link = |twist: [Vector; 2]| twist.map(|v| placement.to_link(g, v));
+        let mut to_link = |twist: Twist| twist.map(|v| placement.to_link(g, v));
         let ([gamma, b, beta, alpha, d], of_frame) = (before.map(&mut to_link), of_frame.map(&mut to_link));
         (of_frame, [gamma, b, beta, alpha, d, turn(g, z, p), [z, NULL]], from_origin)
     }
