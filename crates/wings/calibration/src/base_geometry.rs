@@ -79,7 +79,7 @@ impl GeometricBase {
         let terms = self.grouped.iter().find(|(k, _)| *k == grouped).map(|(_, terms)| terms.as_slice()).unwrap_or(&[]);
         let terms: Vec<String> =
             terms.iter().map(|(k, x)| format!("{} {}", claims::significant(*x, 4), name(*k))).collect();
-        format!("{} = {}", name(grouped), terms.join(" + "))
+        format!("{} = {}", name(grouped), terms.join(" + ").replace("+ -", "- "))
     }
 }
 
