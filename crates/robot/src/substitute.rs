@@ -15,11 +15,14 @@
 //! a and b grow by d/2, and c stays. A substitute is offered only if the body with it is plausible.
 
 use crate::body::{Body, shifted};
-use crate::body_doubt::is_sound;
+use crate::body_doubt::{is_sound, shown};
 use crate::finding::{Finding, Mistake, Repair, RepairedBody};
 use crate::inertial::turned_inertia;
 use crate::principal::principal_axes;
 use crate::vector::transposed;
+
+/// Number of significant digits of the moments.
+const DIGITS: usize = 12;
 
 /// The violation d of the triangle inequality is small up to this fraction of the largest moment.
 const SMALL_VIOLATION: f64 = 0.1;
@@ -33,7 +36,8 @@ pub(crate) fn substitute(bodies: &[Body], findings: &mut [Finding]) {
         let nearest = nearest(body).map(|inertia| ("the nearest possible moments", inertia));
         let candidates =
             [nearest, of_shapes(body).map(|inertia| ("the moments of its shapes with constant density", inertia))];
-        let sound = candidates.into_iter().flatten().find(|(_, inertia)| is_sound(&with(body, inertia)));
+        let rounded = |(name, inertia): (&'static str, [f64; 6])| (name, inertia.map(|i| shown(i, DIGITS)));
+        let sound = candidates.into_iter().flatten().map(rounded).find(|(_, inertia)| is_sound(&with(body, inertia)));
         finding.repair = sound.map(|(name, inertia)| repair(body, finding.mistake, name, inertia));
     }
 }
