@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rist::describe::source::Language;
-use rist::replay::{monitor, reference_logs};
+use rist::replay::{ONE_LOG, monitor, reference_logs};
 use rist::request::spelling::flags;
 use rist::request::{GenerateRequest, Request, SourceLanguage};
 
@@ -54,6 +54,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             let mut values = request.values(&model, file, &estimate)?;
             if request.has_monitor() {
                 let reference = reference_logs(&model, file, &estimate, &request.reference)?;
+                if reference.len() == 1 {
+                    note(ONE_LOG);
+                }
                 values.monitor = Some(monitor(&model, (file, &estimate), &reference, &request)?);
             }
             // A note on the checksum of the estimate's file is also written at the head of the source, after the command line.

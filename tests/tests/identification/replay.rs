@@ -148,6 +148,12 @@ fn the_program_replays_and_refuses() {
     let outputs = ["--series", "s.csv", "--report", "p.html", "--date", "today"];
     let run = tests::program::rist(&here, &[&["replay", &ur5, "e.yaml", "other.csv"], &outputs[..]].concat()).ended(0);
     assert!(run.out.contains("\ncontact: none\n") && run.out.contains("\nload on wrist_3: none\n"), "{}", run.out);
+    let one_log = "the noise is from one log";
+    assert!(run.out.contains(one_log), "{}", run.out);
+    // The remedy is obeyed: another motion without contact as reference.
+    let more = ["replay", &ur5, "e.yaml", "other.csv", "--reference", "log.csv", "--reference", "other.csv"];
+    let run = tests::program::rist(&here, &more).ended(0);
+    assert!(!run.out.contains(one_log), "{}", run.out);
     let series = std::fs::read_to_string(here.join("s.csv")).unwrap();
     assert!(series.starts_with("t,tau_ext_shoulder_pan,band_shoulder_pan,"), "{}", &series[..80]);
     assert!(series.lines().skip(1).all(|line| line.split(',').count() == 15 && !line.contains("NaN")));

@@ -75,6 +75,10 @@ pub struct CarriedLoad {
 /// Time after the start of a load at which [`CarriedLoad::early`] is taken, s.
 pub const EARLY_S: f64 = 0.5;
 
+/// The note for a reference of one log. Errors of the model depend on the posture, and one log shows too few postures.
+pub const ONE_LOG: &str = "the noise is from one log: in other postures, errors of the model may cause more false alarms; identify \
+     with logs of several motions, or give such logs as [reference]";
+
 impl CarriedLoad {
     /// Mass, kg, and its standard deviation.
     pub fn mass(&self) -> (f64, f64) {
@@ -223,7 +227,7 @@ impl Replay {
         }
     }
 
-    /// Sentences on the threshold, and on uncertainties that the bands do not contain.
+    /// Sentences on the threshold, and on what the bands do not contain.
     pub(crate) fn settings(&self) -> Vec<String> {
         let threshold = format!(
             "contact from {:.2} standard deviations; accepted false alarms an hour: {}; noise from {}",
@@ -232,7 +236,8 @@ impl Replay {
             self.reference.join(", ")
         );
         let lack = "the bands lack the uncertainty of the parameters: identify with [covariance=true]";
-        std::iter::once(threshold).chain((!self.has_covariance).then(|| lack.into())).collect()
+        let notes = [(!self.has_covariance).then_some(lack), (self.reference.len() == 1).then_some(ONE_LOG)];
+        std::iter::once(threshold).chain(notes.into_iter().flatten().map(String::from)).collect()
     }
 
     /// All cycles as CSV: `t`, the external torque and the band of each joint, `contact` (0 or 1), `mass`.

@@ -31,7 +31,7 @@ use crate::error::Error;
 use crate::replay::start::Start;
 use crate::request::ReplayRequest;
 
-pub use artefact::{CarriedLoad, ContactInterval, EARLY_S, JointReplay, Replay, ReplayedCycle};
+pub use artefact::{CarriedLoad, ContactInterval, EARLY_S, JointReplay, ONE_LOG, Replay, ReplayedCycle};
 pub use directions::DIRECTIONS;
 pub use monitor::monitor;
 pub use sampled::SampledReplay;
