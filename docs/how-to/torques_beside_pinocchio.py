@@ -19,7 +19,7 @@ import numpy
 import pinocchio
 
 STATES = 5
-LARGEST_DIFFERENCE = 1e-9  # rounding of a hundred links is 1e-13; the rest is for links of very different masses
+LARGEST_DIFFERENCE = 1e-9  # the largest of 220 public robots is 7e-10; all but two are below 1e-11
 
 
 def lines_of(rist, command, *arguments):

@@ -2,7 +2,14 @@
 //! the last link per unit of each error is evaluated in a finite field, as for the inertial parameters
 //! ([`crate::base::exact_rank`]).
 //!
-//! The measurements are full poses of the last link. The chain has no passive joints.
+//! The measurements are full poses of the last link. The chain has no passive joints. At state i, the m errors e move the link by
+//!
+//! ```text
+//! [v; w] = J(q_i) e          J: 6 x m, in the axes of the link; e: rad, m
+//! ```
+//! v: velocity of its origin, w: its angular velocity. The independent errors are the independent columns of the stacked J of
+//! random states [Khalil, Dombre 2002, chapter 11]. The columns are those of [`Derivation::geometric_twists`]; an error of the
+//! tool has a column of the unit matrix.
 
 use robot::{JointKind, LinkId, Robot};
 
@@ -46,8 +53,8 @@ const EXTRA_STATES: usize = 4;
 /// Number of twists of a link: of the frame of its antecedent, and its own.
 const TWISTS: usize = 13;
 
-/// Indices of the errors whose effect on the pose of the link `tip` is independent of the errors before them. `None` if the robot
-/// has passive joints.
+/// Indices of the errors whose effect on the pose of the link `tip` is independent of the errors before them, ascending. An error
+/// of a link that does not move `tip` has no effect. `None` if the robot has passive joints.
 pub fn independent_geometric_errors(robot: &Robot, tip: LinkId, errors: &[GeometricError]) -> Option<Vec<usize>> {
     if !robot.passive.is_empty() {
         return None;
@@ -55,9 +62,8 @@ pub fn independent_geometric_errors(robot: &Robot, tip: LinkId, errors: &[Geomet
     let twists = Derivation::new(robot).ok()?.geometric_twists(tip);
     let mut chain: Vec<LinkId> = std::iter::successors(Some(tip), |&j| robot.link(j).antecedent).collect();
     chain.reverse();
-    let first_twist = |link: LinkId| TWISTS * chain.iter().position(|k| *k == link).unwrap_or(0);
-    let graph = twists.graph();
-    let mut random = SplitMix(FIELD_SEED);
+    let first_twist = |link: LinkId| chain.iter().position(|k| *k == link).map(|place| TWISTS * place);
+    let (graph, mut random) = (twists.graph(), SplitMix(FIELD_SEED));
     let (constants, angles) = (assigned(graph, &mut random), GraphAngles::of(graph));
     let mut echelon = Echelon::default();
     for _ in 0..errors.len().div_ceil(6) + EXTRA_STATES {
@@ -67,24 +73,52 @@ pub fn independent_geometric_errors(robot: &Robot, tip: LinkId, errors: &[Geomet
             // Theta moves a revolute joint, and r a prismatic one.
             let zero = |coordinate: usize| {
                 let mut sum = Residue::ZERO;
-                for &link in &chain {
+                for (place, &link) in chain.iter().enumerate() {
                     let joint = &robot.link(link).joint;
-                    let own = first_twist(link) + if joint.kind == JointKind::Prismatic { 12 } else { 11 };
+                    let own = TWISTS * place + if joint.kind == JointKind::Prismatic { 12 } else { 11 };
                     for (_, factor) in joint.variable.terms.iter().filter(|(k, _)| k.0 == coordinate) {
                         sum = sum + Residue::number(*factor) * values[own];
                     }
                 }
                 sum
             };
+            let twist = |link, k: usize| first_twist(link).map_or(Residue::ZERO, |first| values[first + k]);
             let entry = |error: &GeometricError| match *error {
-                GeometricError::Before { link, axis } => values[first_twist(link) + axis],
+                GeometricError::Before { link, axis } => twist(link, axis),
                 GeometricError::Tool { axis } if axis == row => Residue::ONE,
                 GeometricError::Tool { .. } => Residue::ZERO,
                 GeometricError::Zero(coordinate) => zero(coordinate),
-                GeometricError::Link { link, error } => values[first_twist(link) + 6 + error],
+                GeometricError::Link { link, error } => twist(link, 6 + error),
             };
             echelon.add(errors.iter().map(entry).collect());
         }
     }
     Some(echelon.columns())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two parallel axes and a slide across them: only some of the 3 x 7 errors are independent of base and tool. A branch beside
+    /// the chain has no effect.
+    #[test]
+    fn errors_of_two_parallel_axes_and_a_slide() {
+        let text = "convention: khalil-kleinfinger\nname: r\nlinks:\n- {link: 1, antecedent: base, theta: q1}\n\
+                    - {link: 2, antecedent: 1, d: 0.4, theta: q2}\n\
+                    - {link: 3, antecedent: 2, alpha: pi/2, joint: prismatic, r: q3}\n\
+                    - {link: 4, antecedent: 1, d: 0.2, theta: q4}\n";
+        let robot = robot::format::read_yaml(text, "r.yaml").unwrap();
+        let [first, second, third, branch] = [0, 1, 2, 3].map(LinkId);
+        let errors = |links: &[LinkId]| -> Vec<GeometricError> {
+            let frames = (0..6).map(|axis| GeometricError::Before { link: first, axis });
+            let tool = (0..6).map(|axis| GeometricError::Tool { axis });
+            let links = links.iter().flat_map(|&link| (0..7).map(move |error| GeometricError::Link { link, error }));
+            frames.chain(tool).chain(links).collect()
+        };
+        let count = |links: &[LinkId]| independent_geometric_errors(&robot, third, &errors(links)).unwrap().len();
+        // 4 for each revolute joint, 2 for a prismatic one, and 6 [Khalil, Dombre 2002, chapter 11].
+        assert_eq!(count(&[first, second, third]), 4 + 4 + 2 + 6);
+        assert_eq!(count(&[branch]), count(&[]));
+    }
 }
