@@ -9,7 +9,7 @@
 //! | alarms | threshold for one false alarm an hour; hours of motion without contact; alarms |
 //! | pushes | largest joint torque of the push, N m; share found within 20 ms, and at all; the last significant joint moves the touched link or a link before it; median of the limit of the pushed joint, N m |
 //! | long pushes | share of the pushes of 1 s with 10 N m that are taken for a load |
-//! | loads | number; found; after how long, median, s; RMS error of the mass, %; share within two sigma; RMS of (error / sigma) |
+//! | loads | number; found; after how long, median, s; RMS error of the mass, %; share of the masses within two sigma; RMS of (error / sigma) of the mass; the last two also of MX, MY and MZ |
 //! | after .5 s | of the loads of 1 kg and more: their number; share with the mass within 3 %, and with the centre of mass within 5 mm, where the motion determines them; RMS error of the mass, %, and of a component of the centre, mm; RMS of (error / sigma) of the mass |
 
 use std::path::Path;
@@ -103,8 +103,10 @@ fn main() {
     }
     let taken = (0..pushes).filter(|draw| !pushed_once(&arms, 10.0, *draw, 1.0).0.loads.is_empty()).count();
     println!("\nlong pushes: {:.0} % are taken for a load", 100.0 * taken as f64 / pushes as f64);
-    println!("\n| loads | found | after, s | error % | within 2 sigma | error / sigma |");
-    println!("|---|---|---|---|---|---|");
+    println!(
+        "\n| loads | found | after, s | error % | within 2 sigma | error / sigma | moments within 2 sigma | error / sigma |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
     loaded(&arms, loads);
 }
 
@@ -148,6 +150,7 @@ fn pushed(arms: &[(&str, Arm)], torque: f64, pushes: u64) {
 
 fn loaded(arms: &[(&str, Arm)], loads: u64) {
     let (mut found, mut errors, mut ratios, mut delays) = (0, Vec::new(), Vec::new(), Vec::new());
+    let mut moment_ratios = Vec::new();
     let (mut early_masses, mut early_centres, mut early_ratios) = (Vec::new(), Vec::new(), Vec::new());
     for draw in 0..loads {
         let (_, arm) = &arms[draw as usize % arms.len()];
@@ -163,8 +166,12 @@ fn loaded(arms: &[(&str, Arm)], loads: u64) {
             found += 1;
             delays.push(carried.found - 5.0);
             let (value, sigma) = carried.mass();
-            errors.push((value / mass - 1.0).powi(2));
+            errors.push(value / mass - 1.0);
             ratios.push((value - mass) / sigma);
+            let moments = (6..9).filter(|k| carried.load.is_determined[*k]);
+            moment_ratios.extend(
+                moments.map(|k| (carried.load.parameters[k] - mass * centre_of_mass[k - 6]) / carried.load.sigma[k]),
+            );
             if let Some(early) = carried.early.filter(|early| mass >= 1.0 && early.is_determined[9]) {
                 early_masses.push(early.parameters[9] / mass - 1.0);
                 early_ratios.push((early.parameters[9] - mass) / early.sigma[9]);
@@ -176,19 +183,19 @@ fn loaded(arms: &[(&str, Arm)], loads: u64) {
     }
     delays.sort_by(f64::total_cmp);
     delays.extend(delays.is_empty().then_some(f64::NAN));
-    let count = f64::from(found.max(1));
-    let root = |squares: f64| (squares / count).sqrt();
-    println!(
-        "| {loads} | {found} | {:.2} | {:.2} | {:.0} % | {:.2} |",
-        delays[delays.len() / 2],
-        100.0 * root(errors.iter().sum()),
-        100.0 * ratios.iter().filter(|r| r.abs() < 2.0).count() as f64 / count,
-        root(ratios.iter().map(|r| r * r).sum())
-    );
     let share = |errors: &[f64], limit: f64| {
         100.0 * errors.iter().filter(|e| e.abs() <= limit).count() as f64 / errors.len().max(1) as f64
     };
     let rms = |errors: &[f64]| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt();
+    println!(
+        "| {loads} | {found} | {:.2} | {:.2} | {:.0} % | {:.2} | {:.0} % | {:.2} |",
+        delays[delays.len() / 2],
+        100.0 * rms(&errors),
+        share(&ratios, 2.0),
+        rms(&ratios),
+        share(&moment_ratios, 2.0),
+        rms(&moment_ratios)
+    );
     println!(
         "\n| after .5 s | mass within 3 % | centre within 5 mm | mass, % | centre, mm | error / sigma |\n|---|---|---|---|---|---|"
     );

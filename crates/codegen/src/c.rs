@@ -48,8 +48,8 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str, monitor: Optio
          #ifndef {upper}_REAL\n#define {upper}_REAL double\n#endif\ntypedef {upper}_REAL {prefix}_real;\n\n\
          /* An output may be the array of an input that has as many entries, and overlaps no other. */\n"
     );
-    let mut source = format!("{banner}\n#include \"{header_name}\"\n")
-        + &macros(prefix, &bound, controller.is_some(), monitor.is_some());
+    let mut source =
+        format!("{banner}\n#include \"{header_name}\"\n") + &macros(prefix, &bound, controller.is_some(), monitor);
 
     // Constants are macros in the header, or arrays, which the header declares and the source defines.
     for constant in &module.constants {
@@ -102,12 +102,12 @@ pub fn c_files(module: &Module, made_by: &str, header_name: &str, monitor: Optio
 }
 
 /// The start of the C source: includes, the number type, and the macros and functions that the function bodies call.
-fn macros(prefix: &str, bound: &[(&Documented, Function)], has_controller: bool, has_monitor: bool) -> String {
+fn macros(prefix: &str, bound: &[(&Documented, Function)], has_controller: bool, monitor: Option<&Monitor>) -> String {
     let functions: Vec<&Function> = bound.iter().map(|(_, function)| function).collect();
     let takes_sines = c_sine::is_read(&functions);
     let fuses = takes_sines || functions.iter().any(|function| Fusion::of(function).fused_sums() > 0);
-    let takes_roots =
-        has_monitor || functions.iter().any(|f| f.graph().nodes().iter().any(|node| matches!(node, Node::Sqrt(_))));
+    let takes_roots = monitor.is_some()
+        || functions.iter().any(|f| f.graph().nodes().iter().any(|node| matches!(node, Node::Sqrt(_))));
     // Sine and cosine need FLT_EVAL_METHOD and 64-bit integers.
     let mut headers = Vec::new();
     if takes_sines {
@@ -129,7 +129,8 @@ fn macros(prefix: &str, bound: &[(&Documented, Function)], has_controller: bool,
     if takes_sines {
         source += &c_sine::sin_cos_of_each();
     }
-    let calls = [("sqrt", takes_roots), ("tanh", has_controller)];
+    let friction = |name: &str| monitor.is_some_and(|monitor| monitor.friction_calls(name));
+    let calls = [("exp", friction("EXP")), ("sqrt", takes_roots), ("tanh", has_controller || friction("TANH"))];
     if calls.iter().any(|(_, is_called)| *is_called) {
         source +=
             "\n/* Of float where the numbers are: a processor with floats alone computes doubles by slow calls. */\n";

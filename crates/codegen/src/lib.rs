@@ -13,5 +13,5 @@ mod sine;
 pub mod steps;
 
 pub use c::{CFiles, c_files};
-pub use monitor::Monitor;
+pub use monitor::{FrictionColumn, Monitor};
 pub use rust_file::{index_file, rust_file};

@@ -2,7 +2,7 @@
 //!
 //! The text is in online.c. The C code performs the operations of the crate `online` in the same order, and keeps its state in
 //! a struct of the caller. The monitor calls the functions `momentum_and_rate`, `base_regressor` and `load_momentum_..` of the
-//! same file, and reads the constants X and F of the file.
+//! same file, and reads the constant X of the file.
 
 /// The numbers of a monitor, from an estimate and the logs that it was made from. SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,9 +17,9 @@ pub struct Monitor {
     pub gain: f64,
     /// Rate of the control loop, Hz.
     pub rate: f64,
-    /// Ratio of two variances of a mean of errors: the variance with the autocorrelation of the errors, divided by the variance
-    /// for independent errors.
-    pub correlation: f64,
+    /// For each joint, the ratio of two standard deviations of a mean of errors: with the autocorrelation of the errors, and for
+    /// independent errors.
+    pub load_factors: Vec<f64>,
     /// Threshold of contact, standard deviations.
     pub threshold: f64,
     /// The external torque of a joint is significant beyond this number of standard deviations.
@@ -33,8 +33,12 @@ pub struct Monitor {
     pub bands: Vec<[f64; 6]>,
     /// Limit of the torque of each joint, N m (N); infinite where there is none.
     pub efforts: Vec<f64>,
+    /// The columns of friction.
+    pub friction: Vec<FrictionColumn>,
+    /// Base parameters with which the torque `predicted` of [`FrictionColumn::entry`] is computed.
+    pub friction_base: Vec<f64>,
     /// A matrix G that factorises the covariance C of the parameters: C = G G'. G has one row for each parameter: the base
-    /// parameters, then FV, FS and OFF (friction) of each joint. The columns of G are called directions. If y is a row of the
+    /// parameters, then the friction parameters. The columns of G are called directions. If y is a row of the
     /// regressor, the predicted torque has the variance y C y' = |y G|^2.
     pub factor: Vec<Vec<f64>>,
     /// Number of directions, that is, of columns of the matrix `factor`.
@@ -48,6 +52,17 @@ pub struct Monitor {
     pub decision: [f64; 4],
     /// Averaging time for the ratio of the present noise to the noise of the logs, s.
     pub scale_memory: f64,
+}
+
+/// A column of friction: the torque of friction of `joint` is the sum of value * entry over its columns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrictionColumn {
+    /// Index of the joint.
+    pub joint: usize,
+    /// The entry of the column in a cycle, as a C expression of the arrays dq, ddq, tau, predicted and direction of the monitor.
+    pub entry: String,
+    /// The parameter, SI units.
+    pub value: f64,
 }
 
 /// If a cycle comes later than this number of periods after the previous cycle, the state is out of date: the monitor starts
@@ -81,7 +96,7 @@ typedef struct {
     int is_determined[10], last_joint;
     /* The rest is its own memory. */
     PREFIX_payload current, former;
-    PREFIX_real inverse[10][10], age, misfit;
+    PREFIX_real inverse[10][10], age, misfit, misfit_of_one;
     int phase, has_load;
 } PREFIX_load;
 
@@ -92,7 +107,7 @@ typedef struct {
     int is_contact;
     PREFIX_load load;
     PREFIX_real momentum[LENGTH], known[LENGTH], slow[LENGTH], before[LENGTH], change_square[LENGTH], quiet;
-    PREFIX_real low[LENGTH], low_known[LENGTH], load_momentum[LENGTH][10], load_known[LENGTH][10], row[LENGTH][10], noise_variance[LENGTH], dry[LENGTH];
+    PREFIX_real low[LENGTH], low_known[LENGTH], load_momentum[LENGTH][10], load_known[LENGTH][10], row[LENGTH][10], noise_variance[LENGTH], dry[LENGTH], mean[LENGTH], carried_mean[LENGTH];
     int has_started;
 } PREFIX_monitor;
 
@@ -125,6 +140,11 @@ impl Monitor {
         (put(HEADER), put(SOURCE))
     }
 
+    /// Whether a column of friction calls the macro `name`.
+    pub(crate) fn friction_calls(&self, name: &str) -> bool {
+        self.friction.iter().any(|column| column.entry.contains(&format!("{name}(")))
+    }
+
     fn constants(&self) -> String {
         let [time, settling, memory, misfit] = self.decision;
         let numbers = [
@@ -133,7 +153,6 @@ impl Monitor {
             ("SIGNIFICANT", "for one joint, standard deviations", self.significant),
             ("HOLD", "s", self.hold),
             ("LONGEST_PERIOD", "s", LONGEST_PERIODS / self.rate),
-            ("CORRELATION", "variance of a mean of errors over that of independent ones", self.correlation),
             ("DECISION", "time of contact before it may be a load, s", time),
             ("SETTLING", "time at the beginning of contact that is not used, s", settling),
             ("MISFIT_MEMORY", "s", memory),
@@ -148,6 +167,7 @@ impl Monitor {
         for (k, name) in names.iter().enumerate() {
             text += &array(name, "N", self.bands.iter().map(|band| band[k]));
         }
+        text += &array("load_factor", "N", self.load_factors.iter().copied());
         // Zero stands for no limit: C99 has no constant for an infinite number.
         let efforts = self.efforts.iter().map(|effort| if effort.is_finite() { *effort } else { 0.0 });
         text += &array("effort", "N", efforts);
@@ -157,9 +177,33 @@ impl Monitor {
             let row: Vec<String> = row.iter().map(|x| format!("(real){x:?}")).collect();
             text += &format!("    {{{}}},\n", row.join(", "));
         }
-        text + "};\n"
+        text + "};\n" + &self.friction_columns()
+    }
+
+    /// The macros, constants and the function of the columns of friction. A robot without friction has one column of zeros, because
+    /// C99 has no empty arrays.
+    fn friction_columns(&self) -> String {
+        let none = [FrictionColumn { joint: 0, entry: "0".to_string(), value: 0.0 }];
+        let columns = if self.friction.is_empty() { &none } else { self.friction.as_slice() };
+        let joints: Vec<String> = columns.iter().map(|column| column.joint.to_string()).collect();
+        let mut text = format!("#define FRICTIONS {}\n", columns.len());
+        text += &format!("static const int friction_joint[FRICTIONS] = {{{}}};\n", joints.join(", "));
+        text += &array("friction_value", "FRICTIONS", columns.iter().map(|column| column.value));
+        text += &array("friction_base", "COLUMNS", self.friction_base.iter().copied());
+        text += FRICTION_HEAD;
+        for (k, column) in columns.iter().enumerate() {
+            text += &format!("    column[{k}] = {};\n", column.entry);
+        }
+        text + "}\n"
     }
 }
+
+const FRICTION_HEAD: &str = "
+/* The columns of friction. predicted: torques without friction by the model; direction: of the velocities, -1 to 1. */
+static void friction_columns(const real dq[N], const real ddq[N], const real tau[N], const real predicted[N], const real direction[N], real column[FRICTIONS])
+{
+    (void)dq, (void)ddq, (void)tau, (void)predicted, (void)direction;
+";
 
 /// The definition of a constant array.
 fn array(name: &str, length: &str, values: impl Iterator<Item = f64>) -> String {

@@ -96,7 +96,7 @@ static void estimate_load(const PREFIX_payload *l, real x[TEN], real sigma[TEN],
     for (k = 0; k < TEN; k++) {
         real variance = 0, gain[D] = {0};
         for (c = k; c < TEN; c++) {
-            variance += CORRELATION * SQUARE(inverse[k][c]);
+            variance += SQUARE(inverse[k][c]);
             for (d = 0; d < D; d++)
                 gain[d] += inverse[k][c] * half[c][d];
         }
@@ -118,6 +118,7 @@ static void start_test(PREFIX_load *l)
     l->phase = 1;
     l->age = 0;
     l->misfit = 0;
+    l->misfit_of_one = 0;
 }
 
 /* The phase before the rows of a cycle: 0 free, 1 testing a new load, 2 settling on it. */
@@ -139,6 +140,8 @@ static int end_load(PREFIX_load *l)
 {
     real x[TEN], sigma[TEN], inverse[TEN][TEN];
     int k, c, is_found = l->phase == 1 && l->age > DECISION && l->misfit < LARGEST_MISFIT;
+    /* If a torque of one joint alone explains the contact nearly as well, friction of this joint may have changed. */
+    is_found = is_found && (N == 1 || l->misfit_of_one > LARGEST_MISFIT * (l->misfit > 1 ? l->misfit : 1));
     estimate_load(&l->current, x, sigma, inverse);
     /* No body has a negative mass. */
     is_found = is_found && sigma[9] < DETERMINED * load_start[9] && x[9] > -LARGEST_NEGATIVE_MASS * sigma[9];
@@ -161,8 +164,9 @@ static int end_load(PREFIX_load *l)
 
 int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_real dq[N], const PREFIX_real tau[N], PREFIX_real period)
 {
-    real p[N], b[N], ddq[N], lp[N][TEN], lb[N][TEN], y[UPPER_N_NON_ZEROS], shared[N][D], largest = 0, candidate[TEN], half_period, share;
-    int j, k, c, d, is_settling, is_usable = period > 0 && period < LONGEST_PERIOD, status = 0;
+    real p[N], b[N], ddq[N], lp[N][TEN], lb[N][TEN], y[UPPER_N_NON_ZEROS], shared[N][D], predicted[N] = {0}, direction[N], friction[N] = {0},
+        column[FRICTIONS], largest = 0, squares = 0, carried_squares = 0, candidate[TEN], half_period, share;
+    int j, k, c, d, is_settling, is_usable = period > 0 && period < LONGEST_PERIOD, used = 0, status = 0;
     for (j = 0; j < N; j++)
         is_usable = is_usable && is_number(q[j]) && is_number(dq[j]) && is_number(tau[j]);
     if (!is_usable) {
@@ -184,21 +188,22 @@ int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_
     for (k = 0; k < UPPER_N_NON_ZEROS; k++) {
         real *const sums = shared[PREFIX_non_zeros[k][0]];
         const real *const row = factor[PREFIX_non_zeros[k][1]];
+        predicted[PREFIX_non_zeros[k][0]] += y[k] * friction_base[PREFIX_non_zeros[k][1]];
         for (d = 0; d < D; d++)
             sums[d] += y[k] * row[d];
     }
+    for (j = 0; j < N; j++)
+        direction[j] = dq[j] > smooth_speed[j] ? 1 : dq[j] < -smooth_speed[j] ? -1 : dq[j] / smooth_speed[j];
+    friction_columns(dq, ddq, tau, predicted, direction, column);
+    for (k = 0; k < FRICTIONS; k++) {
+        friction[friction_joint[k]] += friction_value[k] * column[k];
+        for (d = 0; d < D; d++)
+            shared[friction_joint[k]][d] += column[k] * factor[COLUMNS + k][d];
+    }
     for (j = 0; j < N; j++) {
-        const real direction = dq[j] > smooth_speed[j] ? 1 : dq[j] < -smooth_speed[j] ? -1 : dq[j] / smooth_speed[j];
-        const real friction[3] = {dq[j], direction, 1};
-        real known = tau[j] + b[j];
-        for (k = 0; k < 3; k++)
-            known -= PREFIX_f[3 * j + k] * friction[k];
-        observe_one(p[j], known, half_period, share, &m->momentum[j], &m->known[j], &m->external[j]);
+        observe_one(p[j], tau[j] + b[j] - friction[j], half_period, share, &m->momentum[j], &m->known[j], &m->external[j]);
         for (c = 0; c < TEN; c++)
             observe_one(lp[j][c], lb[j][c], half_period, share, &m->load_momentum[j][c], &m->load_known[j][c], &m->row[j][c]);
-        for (k = 0; k < 3; k++)
-            for (d = 0; d < D; d++)
-                shared[j][d] += friction[k] * factor[COLUMNS + 3 * j + k][d];
     }
     m->load.last_joint = -1;
     for (j = 0; j < N; j++) {
@@ -212,7 +217,7 @@ int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_
             explained -= m->load.parameters[c] * m->row[j][c];
             for (k = 0; k <= c; k++)
                 product += m->load.inverse[k][c] * m->row[j][k];
-            variance += CORRELATION * SQUARE(product);
+            variance += SQUARE(product);
         }
         m->beyond[j] = m->external[j] - explained;
         change = m->beyond[j] - m->before[j];
@@ -240,24 +245,45 @@ int PREFIX_monitor_step(PREFIX_monitor *m, const PREFIX_real q[N], const PREFIX_
     begin_load(&m->load, m->is_contact, period);
     is_settling = m->load.phase == 1 && m->load.age < SETTLING;
     solve(&m->load.current, m->load.current.right, candidate);
+    largest = 0;
     /* A row of weight 0 changes nothing, but takes the same time. */
     for (j = 0; j < N; j++) {
         const int is_saturated = ABS(ABS(tau[j]) - effort[j]) < SATURATED_WITHIN * effort[j];
         const int is_used = m->dry[j] < SQRT(m->noise_variance[j]) && !is_settling && !is_saturated;
-        const real weight = is_used ? 1 / SQRT(m->noise_variance[j]) : 0;
-        real scaled[TEN], left = m->external[j];
+        /* The factor is for the correlation of the errors from cycle to cycle. */
+        const real row_variance = SQUARE(load_factor[j]) * m->noise_variance[j], weight = is_used ? 1 / SQRT(row_variance) : 0;
+        const real memory_share = period / (MISFIT_MEMORY + period);
+        real scaled[TEN], residual = m->external[j], mean_variance = row_variance * memory_share / (2 - memory_share);
         if (is_saturated)
             status |= UPPER_SATURATED;
         for (c = 0; c < TEN; c++)
-            left += candidate[c] * m->row[j][c];
-        if (m->load.phase == 1 && is_used)
-            m->load.misfit += period / (MISFIT_MEMORY + period) / N * (SQUARE(left * weight) - m->load.misfit);
+            residual += candidate[c] * m->row[j][c];
+        for (d = 0; d < D; d++)
+            mean_variance += SQUARE(shared[j][d]);
+        /* Means of the residuals after the new and the carried load: noise averages out, an error of the robot's parameters does not. */
+        if (m->load.phase == 1 && is_used) {
+            real square;
+            m->mean[j] += memory_share * (residual - m->mean[j]);
+            m->carried_mean[j] += memory_share * (m->beyond[j] - m->carried_mean[j]);
+            square = SQUARE(m->carried_mean[j]) / mean_variance;
+            squares += SQUARE(m->mean[j]) / mean_variance;
+            carried_squares += square;
+            largest = square > largest ? square : largest;
+            used++;
+        } else if (is_settling)
+            m->mean[j] = m->carried_mean[j] = 0;
         for (c = 0; c < TEN; c++) {
             scaled[c] = -m->row[j][c] * weight;
             for (d = 0; d < D; d++)
                 m->load.current.shared[c][d] += scaled[c] * weight * shared[j][d];
         }
         push_row(&m->load.current, scaled, m->external[j] * weight);
+    }
+    if (m->load.phase == 1) {
+        const real memory_share = period / (MISFIT_MEMORY + period);
+        m->load.misfit += memory_share * (squares / (used > 1 ? used : 1) - m->load.misfit);
+        carried_squares = (carried_squares - largest) / (used > 1 ? used - 1 : 1);
+        m->load.misfit_of_one += memory_share * (carried_squares - m->load.misfit_of_one);
     }
     if (end_load(&m->load))
         status |= UPPER_LOAD_CHANGED;
@@ -277,3 +303,4 @@ int PREFIX_load_candidate(const PREFIX_monitor *m, PREFIX_real x[10], PREFIX_rea
 #undef N
 #undef TEN
 #undef D
+#undef FRICTIONS

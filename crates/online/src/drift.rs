@@ -18,7 +18,7 @@ pub struct Drift<R> {
 
 impl<R: Real> Drift<R> {
     /// Starts without drift. `start`: standard deviations of the changes of FV, FS and OFF that are possible; `weight`: factor of
-    /// the weight of a row at each later update, for example 1 - period / memory; `correlation`: as for [`crate::Payload::new`].
+    /// the weight of a row at each later update, for example 1 - period / memory; `correlation`: f of [`crate::Payload`].
     pub fn new(start: [R; 3], weight: R, correlation: R) -> Drift<R> {
         Drift { recursion: Recursion::new(&start), root_of_weight: weight.sqrt(), correlation }
     }

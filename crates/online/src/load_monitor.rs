@@ -1,9 +1,10 @@
 //! Finds by itself when a load is picked up or put down, and distinguishes it from contact.
 //!
 //! At first, a load looks like a contact: both cause an external torque. When contact begins, a new estimate of the load
-//! starts. The load has changed if three conditions hold: contact lasts for a decision time, the new load explains the torques,
-//! and the motion determines its mass. Then the former estimate is dropped. If contact ends earlier, the former load is kept.
-//! If the robot is at rest, a person who leans on it cannot be distinguished from a load; if it moves, this is possible.
+//! starts. The load has changed if four conditions hold: contact lasts for a decision time, the new load explains the torques, a
+//! torque of one joint alone does not explain them, and the motion determines the mass of the load. Then the former estimate is
+//! dropped. If contact ends earlier, the former load is kept. If the robot is at rest, a person who leans on it cannot be
+//! distinguished from a load; if it moves, this is possible.
 //!
 //! The estimate under test is available from the settling time on ([`LoadMonitor::candidate`]). It is the load if the contact is
 //! one. A program that knows that a gripper has just closed need not wait for the decision.
@@ -21,9 +22,9 @@ pub struct LoadDecision<R> {
     /// appears suddenly with a transient, which the columns H of the load do not have. Usual: five time constants of the
     /// observer, after which the transient is over.
     pub settling: R,
-    /// Time constant of the mean square of the normalised residual after the new load, s.
+    /// Time constant of the means of the misfit, s.
     pub memory: R,
-    /// The new load explains the torques if the mean square of the normalised residual is at most this; 1 is expected.
+    /// The new load explains the torques if the misfit is at most this ([`LoadMonitor::push`]); 1 is expected.
     pub largest_misfit: R,
 }
 
@@ -44,6 +45,7 @@ enum Phase {
 #[derive(Clone, Copy, Debug)]
 pub struct LoadMonitor<R, const D: usize> {
     decision: LoadDecision<R>,
+    joints: usize,
     former: Payload<R, D>,
     current: Payload<R, D>,
     carried: Load<R>,
@@ -58,15 +60,50 @@ pub struct LoadMonitor<R, const D: usize> {
     has_load: bool,
     age: R,
     misfit: R,
+    /// The misfit if a torque of one joint alone is beyond the carried load, instead of a new load.
+    misfit_of_one: R,
+    /// The squares of the present update.
+    squares: Squares<R>,
     period: R,
 }
 
+/// Sums over joints of the squared normalised mean residuals.
+#[derive(Clone, Copy, Debug)]
+struct Squares<R> {
+    joints: R,
+    /// After the new load.
+    new: R,
+    /// After the carried load, and the largest of its terms.
+    carried: R,
+    largest: R,
+}
+
+impl<R: Real> Squares<R> {
+    const NONE: Squares<R> = Squares { joints: R::ZERO, new: R::ZERO, carried: R::ZERO, largest: R::ZERO };
+
+    /// Adds the squares of a joint, after the new load and after the carried load.
+    fn add(&mut self, [new, carried]: [R; 2]) {
+        if new.is_finite() && carried.is_finite() {
+            self.joints = self.joints + R::ONE;
+            (self.new, self.carried) = (self.new + new, self.carried + carried);
+            self.largest = self.largest.max(carried);
+        }
+    }
+
+    /// The mean over the joints after the new load, and the mean over all joints but one after the carried load.
+    fn means(&self) -> [R; 2] {
+        let others = (self.joints - R::ONE).max(R::ONE);
+        [self.new / self.joints.max(R::ONE), (self.carried - self.largest) / others]
+    }
+}
+
 impl<R: Real, const D: usize> LoadMonitor<R, D> {
-    /// Starts without a load. `empty`: an estimate without rows.
-    pub fn new(empty: Payload<R, D>, decision: LoadDecision<R>) -> LoadMonitor<R, D> {
+    /// Starts without a load. `empty`: an estimate without rows; `joints`: number of joints of the robot.
+    pub fn new(empty: Payload<R, D>, decision: LoadDecision<R>, joints: usize) -> LoadMonitor<R, D> {
         let none = Load { parameters: [R::ZERO; 10], ..empty.load() };
         LoadMonitor {
             decision,
+            joints,
             former: empty,
             current: empty,
             carried: none,
@@ -77,6 +114,8 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
             has_load: false,
             age: R::ZERO,
             misfit: R::ZERO,
+            misfit_of_one: R::ZERO,
+            squares: Squares::NONE,
             period: R::ZERO,
         }
     }
@@ -86,8 +125,8 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
         &self.carried
     }
 
-    /// The load that would explain the present contact, and the mean square of its normalised residual. For a load, this mean
-    /// square falls to 1 as the estimate settles. `None` without contact, in the settling time, and after a decision for a load.
+    /// The load that would explain the present contact, and its misfit ([`LoadMonitor::push`]). For a load, the misfit falls to 1 as
+    /// the estimate settles. `None` without contact, in the settling time, and after a decision for a load.
     pub fn candidate(&self) -> Option<(&Load<R>, R)> {
         let is_tested = self.phase == Phase::Testing && self.age >= self.decision.settling;
         is_tested.then_some((&self.tested, self.misfit))
@@ -108,7 +147,7 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
                 self.inverse.iter().zip(row).take(c + 1).fold(R::ZERO, |sum, (inverse, h)| sum + inverse[c] * *h);
             sum = sum + product * product;
         }
-        self.current.correlation() * sum
+        sum
     }
 
     /// Begins an update. `contact`: the contact of the torques beyond the carried load; `period`: time since the previous
@@ -125,30 +164,58 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
         self.age = self.age + period;
         self.period = period;
         self.predicted = self.current.parameters();
+        self.squares = Squares::NONE;
     }
 
-    /// Takes the torque of one joint; arguments as of [`Payload::push`]. `joints`: number of joints.
-    pub fn push(&mut self, row: &[R; 10], torque: R, deviation: R, shared: &[R; D], joints: usize) {
-        if self.phase == Phase::Testing && self.age < self.decision.settling {
+    /// Whether a contact has just begun. The means of [`LoadMonitor::push`] start from zero then.
+    pub fn is_settling(&self) -> bool {
+        self.phase == Phase::Testing && self.age < self.decision.settling
+    }
+
+    /// Takes the torque of one joint; arguments as of [`Payload::push`]. `means`: the mean residual of this joint after the new load,
+    /// and after the carried load, N m (N). The caller keeps them from update to update.
+    ///
+    /// The misfit is the mean over time and joints of m^2 / var(m). m: mean of the residual over the memory, as a low-pass of first
+    /// order with the share k. var(m) = s^2 k / (2 - k) + |Z|^2: noise averages out, an error of the robot's parameters does not. So
+    /// a torque that the load leaves unexplained counts also if it is smaller than the noise of a single update.
+    pub fn push(&mut self, means: &mut [R; 2], row: &[R; 10], torque: R, deviation: R, shared: &[R; D]) {
+        let is_testing = self.phase == Phase::Testing;
+        if self.is_settling() {
             return;
         }
-        if self.phase == Phase::Testing {
-            let explained = self.predicted.iter().zip(row).fold(R::ZERO, |sum, (x, h)| sum - *x * *h);
-            let normalised = (torque - explained) / deviation;
-            let share = self.period / (self.decision.memory + self.period) / R::of(joints as f64);
-            let square = normalised * normalised;
-            if square.is_finite() {
-                self.misfit = self.misfit + share * (square - self.misfit);
+        if is_testing {
+            let share = self.share();
+            let of_noise = deviation * deviation * share / (R::of(2.0) - share);
+            let variance = shared.iter().fold(of_noise, |sum, z| sum + *z * *z);
+            let after = |load: &[R; 10]| load.iter().zip(row).fold(torque, |sum, (x, h)| sum + *x * *h);
+            let residuals = [after(&self.predicted), after(&self.carried.parameters)];
+            for (mean, residual) in means.iter_mut().zip(residuals) {
+                *mean = *mean + share * (residual - *mean);
             }
+            self.squares.add(means.map(|mean| mean * mean / variance));
         }
         self.current.push(row, torque, deviation, shared);
+    }
+
+    /// Weight of an update in a mean over the memory.
+    fn share(&self) -> R {
+        self.period / (self.decision.memory + self.period)
     }
 
     /// Ends an update. Returns whether the load has changed in this update; then [`LoadMonitor::carried`] is the new load.
     pub fn end(&mut self) -> bool {
         let load = self.current.load();
         self.tested = load;
+        if self.phase == Phase::Testing {
+            let share = self.share();
+            let [misfit, misfit_of_one] = self.squares.means();
+            self.misfit = self.misfit + share * (misfit - self.misfit);
+            self.misfit_of_one = self.misfit_of_one + share * (misfit_of_one - self.misfit_of_one);
+        }
         let is_explained = self.age > self.decision.time && self.misfit < self.decision.largest_misfit;
+        // If the torque of a single joint explains the contact nearly as well, friction of this joint may have changed.
+        let limit_of_one = self.decision.largest_misfit * self.misfit.max(R::ONE);
+        let is_explained = is_explained && (self.joints == 1 || self.misfit_of_one > limit_of_one);
         // A load whose mass the motion does not determine yet would be wrong in another posture. No body has a negative mass.
         let is_explained = is_explained && load.is_determined[9];
         let is_explained = is_explained && load.parameters[9] > -R::of(LARGEST_NEGATIVE_MASS) * load.sigma[9];
@@ -174,7 +241,8 @@ impl<R: Real, const D: usize> LoadMonitor<R, D> {
     fn start_test(&mut self) {
         self.former = self.current;
         self.current.reset();
-        (self.phase, self.age, self.misfit) = (Phase::Testing, R::ZERO, R::ZERO);
+        (self.phase, self.age) = (Phase::Testing, R::ZERO);
+        (self.misfit, self.misfit_of_one) = (R::ZERO, R::ZERO);
     }
 }
 
@@ -189,19 +257,22 @@ mod tests {
     type Seen = (i32, f64, f64, f64);
 
     /// The cycles at which the load changed, and those with a candidate. A load of this mass is there from cycle 300 to 900, and a
-    /// push of one joint from 1200 to 1230.
-    fn monitored(load: f64) -> [std::vec::Vec<Seen>; 2] {
-        let empty = Payload::<f64, 0>::new([5.0; 10], 1.0);
+    /// push of one joint from 1200 to 1230. `of_joints`: factor of the rows of each joint.
+    fn monitored(load: f64, of_joints: [f64; 3]) -> [std::vec::Vec<Seen>; 2] {
+        let empty = Payload::<f64, 0>::new([5.0; 10]);
         let decision = LoadDecision { time: 1.0, settling: 0.05, memory: 0.2, largest_misfit: 4.0 };
-        let mut monitor = LoadMonitor::new(empty, decision);
+        let mut monitor = LoadMonitor::new(empty, decision, 3);
         let mut detector = crate::ContactDetector::new(6.0, 3.0, 0.1);
         let mut random = Random::new(2);
         let mut changes = std::vec::Vec::new();
         let mut early = std::vec::Vec::new();
+        let mut means = [[0.0; 2]; 3];
         for k in 0..1500 {
             let t = 0.01 * f64::from(k);
             let rows: [[f64; 10]; 3] = std::array::from_fn(|j| {
-                std::array::from_fn(|c| ((3.0 + 1.7 * c as f64) * t + 2.0 * j as f64 + 0.7 * c as f64).sin())
+                std::array::from_fn(|c| {
+                    of_joints[j] * ((3.0 + 1.7 * c as f64) * t + 2.0 * j as f64 + 0.7 * c as f64).sin()
+                })
             });
             let mass = if (300..900).contains(&k) { load } else { 0.0 };
             let push = if (1200..1230).contains(&k) { 3.0 } else { 0.0 };
@@ -210,8 +281,11 @@ mod tests {
             let ratios: [f64; 3] = std::array::from_fn(|j| (torques[j] - monitor.explained(&rows[j])) / 0.05);
             let contact = detector.step(ratios, 0.01);
             monitor.begin(contact, 0.01);
-            for (row, torque) in rows.iter().zip(torques) {
-                monitor.push(row, torque, 0.05, &[], 3);
+            if monitor.is_settling() {
+                means = [[0.0; 2]; 3];
+            }
+            for ((row, torque), mean) in rows.iter().zip(torques).zip(&mut means) {
+                monitor.push(mean, row, torque, 0.05, &[]);
             }
             let is_changed = monitor.end();
             if let Some((load, misfit)) = monitor.candidate() {
@@ -227,12 +301,19 @@ mod tests {
     /// Forces upward, as of a negative mass, are a contact and no load.
     #[test]
     fn a_negative_mass_is_no_load() {
-        assert_eq!(monitored(-2.0)[0], []);
+        assert_eq!(monitored(-2.0, [1.0; 3])[0], []);
+    }
+
+    /// If the torque of one joint is the only one, friction of this joint explains it as well as a load.
+    #[test]
+    fn a_torque_of_one_joint_is_no_load() {
+        assert_eq!(monitored(2.0, [0.0, 1.0, 0.0])[0], []);
+        assert_eq!(monitored(2.0, [0.3, 1.0, 0.0])[0].len(), 2);
     }
 
     #[test]
     fn a_load_is_told_from_a_push() {
-        let [changes, early] = monitored(2.0);
+        let [changes, early] = monitored(2.0, [1.0; 3]);
         let [(up, mass, sigma, _), (down, left, of_left, _)] = changes[..] else { panic!("{changes:?}") };
         assert!((398..430).contains(&up) && (998..1030).contains(&down), "{changes:?}");
         // Only one random sequence is tested, so the limit is four standard deviations. The ten columns are waves of similar

@@ -11,11 +11,14 @@
 //! solution for e and for Z d [Schmidt 1966, consider states]:
 //!
 //! ```text
-//! cov(x) = f inv(R) inv(R)' + K K',   K = inv(R) inv(R)' sum H' Z / s^2
+//! cov(x) = inv(R) inv(R)' + K K',   K = inv(R) inv(R)' sum H' Z / s^2
 //! ```
-//! f corrects for the correlation of e from update to update. The estimate starts with parameters of zero and given standard
-//! deviations (of the loads that a gripper may hold). If more than a tenth of this standard deviation remains, the parameter is
-//! reported as not determined by the motion.
+//! The errors e are correlated from update to update. Therefore s, the deviation of a row, is larger than that of a single
+//! error: s^2 = f (variance of e), where f is the ratio of two variances of a mean of errors, for correlated and for independent
+//! errors. f = (1 + a) / (1 - a) if the correlation of successive errors is a.
+//!
+//! The estimate starts with parameters of zero and given standard deviations (of the loads that a gripper may hold). If more than a
+//! tenth of this standard deviation remains, the parameter is reported as not determined by the motion.
 
 use crate::real::Real;
 use crate::recursion::Recursion;
@@ -33,7 +36,6 @@ pub struct Payload<R, const D: usize> {
     /// Sum of H' Z / s^2.
     shared: [[R; D]; TEN],
     start: [R; TEN],
-    correlation: R,
 }
 
 /// An estimated load.
@@ -48,20 +50,18 @@ pub struct Load<R> {
 }
 
 impl<R: Real, const D: usize> Payload<R, D> {
-    /// Starts without a load. `start`: standard deviation of each parameter of the loads that are possible; `correlation`: f,
-    /// the ratio of two variances of a mean of errors: for correlated and for independent errors. f = (1 + a) / (1 - a) if the
-    /// correlation of successive errors is a.
-    pub fn new(start: [R; TEN], correlation: R) -> Payload<R, D> {
-        Payload { recursion: Recursion::new(&start), shared: [[R::ZERO; D]; TEN], start, correlation }
+    /// Starts without a load. `start`: standard deviation of each parameter of the loads that are possible.
+    pub fn new(start: [R; TEN]) -> Payload<R, D> {
+        Payload { recursion: Recursion::new(&start), shared: [[R::ZERO; D]; TEN], start }
     }
 
     /// Starts again without a load, for example when the load changes.
     pub fn reset(&mut self) {
-        *self = Payload::new(self.start, self.correlation);
+        *self = Payload::new(self.start);
     }
 
     /// Takes the torque of one joint. `row`: its row of H; `torque`: external torque r of the observer of the unloaded robot, N
-    /// m (N); `deviation`: standard deviation of e; `shared`: its row of Z. A row with an infinite number or NaN is not used.
+    /// m (N); `deviation`: s; `shared`: its row of Z. A row with an infinite number or NaN is not used.
     pub fn push(&mut self, row: &[R; TEN], torque: R, deviation: R, shared: &[R; D]) {
         let weight = R::ONE / deviation;
         let is_usable = weight.is_finite() && torque.is_finite();
@@ -98,7 +98,7 @@ impl<R: Real, const D: usize> Payload<R, D> {
         for (k, sigma) in sigma.iter_mut().enumerate() {
             let mut variance = R::ZERO;
             for x in &inverse[k] {
-                variance = variance + self.correlation * *x * *x;
+                variance = variance + *x * *x;
             }
             for d in 0..D {
                 let mut gain = R::ZERO;
@@ -121,7 +121,7 @@ impl<R: Real, const D: usize> Payload<R, D> {
         self.recursion.solution()
     }
 
-    /// inv(R): the part of the covariance that comes from noise is f inv(R) inv(R)'.
+    /// inv(R): the part of the covariance that comes from noise is inv(R) inv(R)'.
     pub fn inverse_triangle(&self) -> [[R; TEN]; TEN] {
         self.recursion.inverse_triangle()
     }
@@ -129,11 +129,6 @@ impl<R: Real, const D: usize> Payload<R, D> {
     /// The sum of squares that the parameters explain, in units of the deviations of the rows.
     pub fn explained_square(&self) -> R {
         self.recursion.explained_square()
-    }
-
-    /// f, the factor for the correlation of the errors.
-    pub fn correlation(&self) -> R {
-        self.correlation
     }
 }
 
@@ -218,7 +213,7 @@ mod tests {
         let draws = 300;
         let mut squares = [0.0; TEN];
         for _ in 0..draws {
-            let mut payload = Payload::<f64, 2>::new([10.0; TEN], 1.0);
+            let mut payload = Payload::<f64, 2>::new([10.0; TEN]);
             let error = [random.normal(), random.normal()];
             for _ in 0..200 {
                 let row: [f64; TEN] = std::array::from_fn(|_| random.normal());
@@ -242,7 +237,7 @@ mod tests {
 
     #[test]
     fn what_the_motion_does_not_show_is_said() {
-        let mut payload = Payload::<f64, 0>::new([1.0; TEN], 1.0);
+        let mut payload = Payload::<f64, 0>::new([1.0; TEN]);
         let mut row = [0.0; TEN];
         row[9] = 9.81;
         for _ in 0..100 {

@@ -1,11 +1,12 @@
 //! Tests of `rist replay` on simulated logs of a working UR5: with pushes, with a load, with drift of friction, and without any
 //! of these.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use linear_model::friction::terms::FrictionTerm;
 use rist::describe::source::{IdentifiedValues, Language};
 use rist::replay::{CarriedLoad, EARLY_S};
-use rist::request::{GenerateRequest, IdentifyRequest, ReplayRequest};
+use rist::request::{FrictionChoice, GenerateRequest, IdentifyRequest, ReplayRequest};
 use rist::{Estimate, KnownLoad, LogSource, Model, Replay};
 use tests::joint_log::unlike;
 use tests::on_robot::{Carried, Push, Scene};
@@ -33,9 +34,18 @@ fn scene(model: &Model, seed: u64, seconds: f64) -> Scene<'_> {
 }
 
 fn identified(model: &Model) -> (Estimate, LogSource) {
+    identified_with(model, "")
+}
+
+/// `friction`: the friction terms, as words; the default ones if it is empty.
+fn identified_with(model: &Model, friction: &str) -> (Estimate, LogSource) {
     let log = scene(model, 1, 60.0).source();
     let mut request = IdentifyRequest::default();
     request.samples.covariance = true;
+    if !friction.is_empty() {
+        let terms = friction.split(',').map(|word| FrictionTerm::of_word(word).unwrap());
+        request.samples.rows.friction = Some(FrictionChoice::Terms(terms.collect()));
+    }
     let found = rist::identify(model, std::slice::from_ref(&log), &request).unwrap();
     (found.estimate, log)
 }
@@ -121,10 +131,10 @@ fn pushes_and_loads_are_found_and_told_apart() {
     // The result of one random log may deviate by four standard deviations. The standard deviation itself must be small enough
     // to be useful.
     assert!((mass - tool.mass).abs() < 4.0 * sigma && sigma < 0.06, "{found}");
-    // Half a second after the load appeared, this slow motion does not determine the mass yet, and the standard deviations say
-    // so. The bench `online` has the errors of loads whose mass is determined then.
+    // Half a second after the load appeared, this slow motion hardly determines the mass, and the standard deviation says so. The
+    // bench `online` has the errors of many loads.
     let early = picked.early.unwrap_or_else(|| panic!("{picked:?}"));
-    assert!(!early.is_determined[9] && (early.parameters[9] - tool.mass).abs() < 2.0 * early.sigma[9], "{early:?}");
+    assert!(early.sigma[9] > 0.3 && (early.parameters[9] - tool.mass).abs() < 2.0 * early.sigma[9], "{early:?}");
     assert!(picked.is_held() && !put.is_held(), "{found}");
     for (found, truth) in picked.centre().iter().zip(tool.centre_of_mass) {
         assert!(found.is_none_or(|found| (found - truth).abs() < 0.01), "{picked:?}");
@@ -134,6 +144,7 @@ fn pushes_and_loads_are_found_and_told_apart() {
     let mut worn = scene(&model, 6, 60.0);
     worn.friction[1][1] += 2.0;
     let found = replayed(&model, &known, &worn.source());
+    assert!(found.loads.is_empty(), "{found}");
     let drift = &found.joints[1];
     assert!(drift.drifted().any(|k| k == 1), "{found}");
     assert!((drift.drift[1] - 2.0).abs() < 4.0 * drift.drift_sigma[1].max(0.1), "{found}");
@@ -239,6 +250,52 @@ fn same_candidates(replay: &Replay, driven: &[Vec<f64>]) {
     assert!(replay.series.iter().zip(driven).all(|(cycle, c)| cycle.is_contact || c[8] == 0.0));
 }
 
+/// A folder with the generated monitor and its driver.
+fn generated(model: &Model, known: &(Estimate, LogSource), rate: f64) -> PathBuf {
+    let functions = ["observer", "payload"].map(String::from);
+    let request = GenerateRequest { functions: functions.to_vec(), rate, ..GenerateRequest::default() };
+    let mut values = IdentifiedValues::of(model, &known.0).unwrap();
+    let reference = std::slice::from_ref(&known.1);
+    values.monitor = Some(rist::replay::monitor(model, (Path::new("e.yaml"), &known.0), reference, &request).unwrap());
+    let generate = |values: Option<&IdentifiedValues>, language: &Language| {
+        rist::generate(&model.robot, &functions, language, "this test", values, &[], false)
+    };
+    let language = Language::C { header: "arm.h".into() };
+    let source = generate(Some(&values), &language).unwrap();
+    for (values, language, said) in [(None, &language, "[estimate]"), (Some(&values), &Language::Rust, "[language=c]")]
+    {
+        let refused = generate(values, language).err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(refused.contains(said), "{refused}");
+    }
+    let here = tests::program::folder("monitor_in_c");
+    std::fs::write(here.join("arm.c"), source.text).unwrap();
+    std::fs::write(here.join("arm.h"), source.header.unwrap()).unwrap();
+    std::fs::write(here.join("driver.c"), DRIVER).unwrap();
+    here
+}
+
+/// All friction terms of an estimate are in the generated monitor.
+#[test]
+fn the_generated_monitor_in_c_has_the_friction_of_the_replay() {
+    let model = Model::read(tests::model_path("ur5.urdf")).unwrap();
+    let log = Scene { rate: 487.0, ..scene(&model, 8, 5.0) }.log().0;
+    for friction in [
+        "asymmetric,stribeck=0.2,load",
+        "smooth-coulomb=0.1,offset,load@2,stribeck=0.3@3,viscous-asymmetry@4,root@5,rotor",
+    ] {
+        let known = identified_with(&model, friction);
+        let replay = replayed(&model, &known, &LogSource::Held(log.clone()));
+        let double = driven(&generated(&model, &known, 487.0), "double", &log);
+        assert_eq!(double.len(), replay.series.len());
+        for (cycle, double) in replay.series.iter().zip(&double) {
+            for (j, torque) in cycle.torque.iter().enumerate() {
+                // As in `the_generated_monitor_in_c_is_the_replay`.
+                assert!((torque - double[j]).abs() < 1e-8, "{friction} {} {torque} {}", cycle.t, double[j]);
+            }
+        }
+    }
+}
+
 #[test]
 fn the_generated_monitor_in_c_is_the_replay() {
     let model = Model::read(tests::model_path("ur5.urdf")).unwrap();
@@ -254,25 +311,7 @@ fn the_generated_monitor_in_c_is_the_replay() {
     // The push ends at 5.3 s. The loads later do not lengthen its interval.
     assert!((5.3..6.0).contains(&replay.contacts[0].end), "{replay}");
 
-    let functions = ["observer", "payload"].map(String::from);
-    let request = GenerateRequest { functions: functions.to_vec(), rate: busy.rate, ..GenerateRequest::default() };
-    let mut values = IdentifiedValues::of(&model, &known.0).unwrap();
-    let reference = std::slice::from_ref(&known.1);
-    values.monitor = Some(rist::replay::monitor(&model, (Path::new("e.yaml"), &known.0), reference, &request).unwrap());
-    let generate = |values: Option<&IdentifiedValues>, language: &Language| {
-        rist::generate(&model.robot, &functions, language, "this test", values, &[], false)
-    };
-    let language = Language::C { header: "arm.h".into() };
-    let source = generate(Some(&values), &language).unwrap();
-    for (values, language, said) in [(None, &language, "[estimate]"), (Some(&values), &Language::Rust, "[language=c]")]
-    {
-        let refused = generate(values, language).err().map(|e| e.to_string()).unwrap_or_default();
-        assert!(refused.contains(said), "{refused}");
-    }
-    let here = tests::program::folder("monitor_in_c");
-    std::fs::write(here.join("arm.c"), source.text).unwrap();
-    std::fs::write(here.join("arm.h"), source.header.unwrap()).unwrap();
-    std::fs::write(here.join("driver.c"), DRIVER).unwrap();
+    let here = generated(&model, &known, busy.rate);
 
     let double = driven(&here, "double", &log);
     assert_eq!(double.len(), replay.series.len());

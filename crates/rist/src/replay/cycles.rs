@@ -136,11 +136,10 @@ impl<'a> CycleModel<'a> {
         Ok(())
     }
 
-    /// Leaves out all friction but viscous friction, Coulomb friction and offset, as a generated file does.
-    pub(crate) fn keep_standard_friction(&mut self) {
-        use FrictionParameter::{Coulomb, Offset, Viscous};
-        for (x, parameter) in self.x.iter_mut().zip(&self.linear.parameters).skip(self.base) {
-            if !matches!(parameter.id, ParameterId::Friction(Viscous | Coulomb | Offset, _)) {
+    /// Leaves out couplings, as a generated file does.
+    pub(crate) fn leave_out_couplings(&mut self) {
+        for (x, parameter) in self.x.iter_mut().zip(&self.linear.parameters) {
+            if matches!(parameter.id, ParameterId::Coupling(..)) {
                 *x = 0.0;
             }
         }
@@ -154,6 +153,11 @@ impl<'a> CycleModel<'a> {
     /// Values of all parameters of the linear model.
     pub(crate) fn x(&self) -> &[f64] {
         &self.x
+    }
+
+    /// Base parameters of the earlier fit that friction terms of single joints take the load from; empty without such terms.
+    pub(crate) fn load_base(&self) -> &[f64] {
+        self.load
     }
 
     /// Limits of the torques by the description, N m (N); infinite where it has none.

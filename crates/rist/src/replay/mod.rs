@@ -9,6 +9,7 @@ mod alarm_rate;
 mod artefact;
 mod cycles;
 mod directions;
+mod friction_in_c;
 mod inputs;
 mod load_noise;
 mod monitor;

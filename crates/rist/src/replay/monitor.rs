@@ -1,6 +1,5 @@
 //! Computes the constants of a generated monitor (observer, contact and load in C): noise, thresholds and gains. A replay has
-//! the same constants. But a replay uses all friction terms of the estimate, and a generated file has only viscous friction,
-//! Coulomb friction and offset.
+//! the same constants. But a replay uses all parameters of the estimate, and a generated file leaves out couplings.
 //!
 //! Input: a model, an estimate and logs without contact. Output: the numbers that `rist generate` writes into the C file.
 
@@ -8,7 +7,6 @@ use std::path::Path;
 
 use codegen::Monitor;
 use identification::estimate::artefact::Estimate;
-use linear_model::parameter::{FrictionParameter, ParameterId};
 use logs::LogSource;
 use online::Order;
 
@@ -16,6 +14,7 @@ use crate::describe::model::Model;
 use crate::error::Error;
 use crate::replay::cycles::CycleModel;
 use crate::replay::directions::DIRECTIONS;
+use crate::replay::friction_in_c::friction_columns;
 use crate::replay::inputs::{HOLD_S, covariance, last_link};
 use crate::replay::load_noise::load_start;
 use crate::replay::noise::SCALE_MEMORY_S;
@@ -35,39 +34,36 @@ pub fn monitor(
     model.check_estimate(file, estimate)?;
     let (gain, link) = (request.observer_gain, request.load_on.clone().unwrap_or_else(|| last_link(model)));
     let mut cycles = CycleModel::new(model, estimate, &link, gain)?;
-    // The noise is measured with the same friction as in the generated file. So the thresholds contain the error that the
-    // missing friction terms cause.
-    cycles.keep_standard_friction();
+    // The noise is measured with the same parameters as in the generated file. So the thresholds contain the error that the
+    // missing couplings cause.
+    cycles.leave_out_couplings();
     let covariance = covariance(&cycles.linear, estimate);
     let noise = Noise::measure(&mut cycles, reference, covariance.as_ref(), (Order::First(gain), gain), HOLD_S)?;
     let bands = noise.bands.iter().zip(&cycles.slow).zip(&noise.changes);
     let n = cycles.n();
     let parameters = model.regressor().parameters().len();
-    let friction = model.regressor().coordinates().iter().flat_map(|coordinate| {
-        [FrictionParameter::Viscous, FrictionParameter::Coulomb, FrictionParameter::Offset]
-            .map(|parameter| ParameterId::friction(parameter, coordinate))
-    });
-    let base = model.regressor().parameters().iter().map(|p| ParameterId::Base(p.name.clone()));
-    // Rows of the factor G of the covariance: base parameters first, then FV, FS and OFF of each joint. A parameter that the
-    // estimate does not have gets a row of zeros.
-    let row = |id: ParameterId| {
-        let place = cycles.linear.parameters.iter().position(|p| p.id == id);
-        place.and_then(|place| noise.factor.get(place)).map_or(vec![0.0; DIRECTIONS], |row| row.to_vec())
-    };
+    let mut friction_base = cycles.load_base().to_vec();
+    friction_base.resize(parameters, 0.0);
+    let friction = friction_columns(&cycles.linear, cycles.x());
+    // Rows of the factor G of the covariance: base parameters first, then the friction columns. Without a covariance, G is zero.
+    let row = |place: usize| noise.factor.get(place).map_or(vec![0.0; DIRECTIONS], |row| row.to_vec());
+    let factor = (0..parameters + friction.len()).map(row).collect();
     let monitor = Monitor {
         joints: n,
         parameters,
         load_function: String::new(),
         gain,
         rate: request.rate,
-        correlation: noise.load_correlation(1.0 / request.rate),
+        load_factors: noise.load_factors(1.0 / request.rate),
         threshold: noise.peaks.threshold(request.alarms),
         significant: noise.peaks.significant(),
         hold: HOLD_S,
         bands: bands
             .map(|((band, slow), change)| [band.noise, band.low_speed, band.dry, band.speed, *slow, *change])
             .collect(),
-        factor: base.chain(friction).map(row).collect(),
+        friction,
+        friction_base,
+        factor,
         directions: DIRECTIONS,
         efforts: cycles.efforts().to_vec(),
         load_start: load_start(request.largest_load),

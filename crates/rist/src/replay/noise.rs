@@ -39,8 +39,8 @@ pub(crate) struct Noise {
     /// Correlation time of r, s. The mean of r over a time t has the variance of r, multiplied by the correlation time and
     /// divided by t.
     correlation_time: f64,
-    /// The correlation time for the estimate of a load, s ([`LoadNoise::time`]).
-    load_time: f64,
+    /// The correlation time of each joint for the estimate of a load, s ([`LoadNoise::times`]).
+    load_times: Vec<f64>,
 }
 
 /// Speed of a band, as a share of the RMS speed of the joint.
@@ -110,8 +110,8 @@ impl Noise {
         };
         let of_count = |square: f64| (square / count.max(1) as f64).sqrt().max(f64::MIN_POSITIVE);
         let changes = squares.into_iter().map(of_count).collect();
-        let (peaks, correlation_time, load_time) = (Peaks::default(), 0.0, 0.0);
-        let noise = Noise { bands, changes, factor, peaks, correlation_time, load_time };
+        let (peaks, correlation_time, load_times) = (Peaks::default(), 0.0, Vec::new());
+        let noise = Noise { bands, changes, factor, peaks, correlation_time, load_times };
         noise.with_peaks(cycles, logs, (order, gain), hold)
     }
 
@@ -125,7 +125,7 @@ impl Noise {
     ) -> Result<Noise, Error> {
         let noise = &self;
         let (mut peaks, mut means) = (Peaks::default(), BatchMeans::new(cycles.n(), BATCH_TIME_CONSTANTS / gain));
-        let mut load = LoadNoise::new();
+        let mut load = LoadNoise::new(cycles.n());
         for log in logs {
             let mut scales = noise.scales();
             each_settled(cycles, log, order, gain, &mut |cycle, observers| {
@@ -146,7 +146,7 @@ impl Noise {
             load.end();
         }
         (self.peaks, self.correlation_time) = (peaks, means.correlation_time());
-        self.load_time = load.time().unwrap_or(self.correlation_time);
+        self.load_times = load.times(self.correlation_time);
         Ok(self)
     }
 
@@ -161,9 +161,9 @@ impl Noise {
         (self.correlation_time / period).max(1.0)
     }
 
-    /// f of the estimate of a load ([`crate::replay::load_noise`]), for cycles with this period, s. 1 if it is unknown.
-    pub(crate) fn load_correlation(&self, period: f64) -> f64 {
-        if self.load_time > 0.0 { self.load_time / period } else { 1.0 }
+    /// sqrt(f) of each joint ([`crate::replay::load_noise`]), for cycles with this period, s. 1 if it is unknown.
+    pub(crate) fn load_factors(&self, period: f64) -> Vec<f64> {
+        self.load_times.iter().map(|&time| if time > 0.0 { (time / period).sqrt() } else { 1.0 }).collect()
     }
 
     /// The row y G of a joint: for each direction of the error of the parameters, the torque error that one unit in this

@@ -60,6 +60,10 @@ pub(crate) struct Run {
     /// Sum of squared ratios without contact, per joint, and their number.
     squares: Vec<f64>,
     count: usize,
+    /// The factor of each joint for the standard deviation of a row of a load ([`Noise::load_factors`]).
+    load_factors: Vec<f64>,
+    /// The mean residuals of each joint, N m (N) ([`LoadMonitor::push`]).
+    means: Vec<[f64; 2]>,
     /// Time in which the torque of a joint was at its limit, s.
     saturated: Vec<f64>,
 }
@@ -90,15 +94,17 @@ impl Run {
         Run {
             observers: Observers::new(n, settings.order),
             detector: ContactDetector::new(settings.threshold, settings.significant, settings.hold),
-            loads: LoadMonitor::new(Payload::new(start, noise.load_correlation(settings.period)), decision),
+            loads: LoadMonitor::new(Payload::new(start), decision, n),
             is_open: false,
             early: None,
             scales: noise.scales(),
             drifts: noise.bands.iter().map(drift).collect(),
             replay: Replay::new(log, regressor.coordinates().to_vec(), units.collect(), settings.threshold),
             squares: vec![0.0; n],
+            means: vec![[0.0; 2]; n],
             saturated: vec![0.0; n],
             count: 0,
+            load_factors: noise.load_factors(settings.period),
             noise,
             settings,
         }
@@ -160,8 +166,10 @@ impl Run {
         (beyond, bands): (&[f64], &[online::Band<f64>]),
         shared: &[[f64; DIRECTIONS]],
     ) {
-        let n = cycle.joints.len();
         self.loads.begin(contact, cycle.period);
+        if self.loads.is_settling() {
+            self.means.fill([0.0; 2]);
+        }
         for (j, joint) in cycle.joints.iter().enumerate() {
             let (band, seen) = (&bands[j], &self.observers.seen[j]);
             // If the drive cuts a torque off, the true torque is neither the measured nor the commanded one.
@@ -170,7 +178,8 @@ impl Run {
                 continue;
             }
             if let Some(deviation) = load_noise::deviation(band, seen.slowness) {
-                self.loads.push(&seen.load, seen.torque, deviation, &shared[j], n);
+                let deviation = self.load_factors[j] * deviation;
+                self.loads.push(&mut self.means[j], &seen.load, seen.torque, deviation, &shared[j]);
             }
             if !contact.is_contact && joint.speed.abs() > band.speed {
                 let deviation = band.deviation(seen.slowness, square(&shared[j]));
