@@ -33,7 +33,7 @@ pub struct Monitor {
     pub bands: Vec<[f64; 6]>,
     /// Limit of the torque of each joint, N m (N); infinite where there is none.
     pub efforts: Vec<f64>,
-    /// The columns of friction.
+    /// The columns of friction, in the order of the rows of `factor`.
     pub friction: Vec<FrictionColumn>,
     /// Base parameters with which the torque `predicted` of [`FrictionColumn::entry`] is computed.
     pub friction_base: Vec<f64>,
@@ -48,7 +48,7 @@ pub struct Monitor {
     pub load_start: [f64; 10],
     /// Four constants of the decision whether a contact is a new load: time for which the contact must last, s; time at its
     /// beginning in which no rows are used, s; averaging time of the misfit, s; largest misfit of a load that explains the
-    /// torques. Misfit: mean square of the normalised residual; 1 is expected.
+    /// torques. Misfit: mean of m^2 / var(m), m: mean residual of a joint over the averaging time; 1 is expected.
     pub decision: [f64; 4],
     /// Averaging time for the ratio of the present noise to the noise of the logs, s.
     pub scale_memory: f64,

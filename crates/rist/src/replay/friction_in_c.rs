@@ -1,7 +1,11 @@
 //! The friction columns of a generated monitor, as C expressions: the entries of [`FrictionTerm::fill`] at one sample.
 //!
-//! The expressions read arrays of the monitor, with one entry per joint: `dq`, `ddq`, `tau` (measured torque), `predicted`
-//! (torque without friction by the model) and `direction` (sign of dq, between -1 and 1).
+//! ```text
+//! F_j = sum_k x_k e_k          F_j: friction torque of joint j, N m (N); x_k: its parameters; e_k: entries of its columns
+//! ```
+//! The expressions read arrays of the monitor, with one entry per joint: `dq`, rad/s (m/s); `ddq`, rad/s^2 (m/s^2); `tau`, the
+//! measured torque, and `predicted`, the torque without friction by an earlier fit, N m (N); `direction`, the sign of dq, between
+//! -1 and 1.
 
 use codegen::FrictionColumn;
 use linear_model::friction::terms::{FrictionTerm, JointTerm};

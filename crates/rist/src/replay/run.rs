@@ -35,7 +35,7 @@ pub(crate) const LOAD_DECISION_S: f64 = 1.5;
 /// Time constant of the misfit of a new load, s.
 pub(crate) const MISFIT_MEMORY_S: f64 = 0.3;
 /// A load explains a contact only if its misfit is at most this value; 1 is expected. Friction that the model lacks raises it: of 12
-/// loads of a Kuka LWR in MuJoCo, a limit of 4 misses three, and this limit none (docs/how-to/watch_in_mujoco.py).
+/// loads of a Kuka LWR in MuJoCo, a limit of 4 misses three, and this limit none (docs/how-to/watch_in_mujoco.py with LOADS = 12).
 pub(crate) const LARGEST_MISFIT: f64 = 12.0;
 /// Memory of the drift of friction, s. It is two minutes, because temperature changes friction within minutes.
 const DRIFT_MEMORY_S: f64 = 120.0;
